@@ -192,7 +192,7 @@ export class CageMesh {
     if (selection === 'all') return this.all(kind);
     const isEdges = kind === 'edges';
     if (isEdges && selection === 'border') return this.edges.filter((edge) => this.sidesOf(edge).length === 1);
-    const { facing, within, inside, loop, ring, sharper_than: sharper } = selection ?? {};
+    const { facing, within = 45, inside, loop, ring, sharper_than: sharper } = selection ?? {};
     if (inside?.min && inside.max) {
       const isIn = (point) => this.points[point].every((value, i) => value >= inside.min[i] && value <= inside.max[i]);
       return this.all(kind).filter((element) => this.pointsOf(kind, element).every(isIn));

@@ -89,7 +89,8 @@ export class EditTools {
     const { list, mesh, kind } = this.selection;
     if (!this.isOn || !mesh) return;
     if (!of.includes(kind)) return this.panel.say(`${text} is for ${of[0]}.`);
-    if (!isOfEdge && !(list?.length > 0)) return this.panel.say(`Select ${kind === 'vertices' ? 'points' : kind} first.`);
+    if (!isOfEdge && !list) return this.panel.say('Only the daemon finds these. A button of the panel edits them.');
+    if (!isOfEdge && list.length === 0) return this.panel.say(`Select ${kind === 'vertices' ? 'points' : kind} first.`);
     this.edge = isOfEdge ? (kind === 'edges' && list?.length > 0 ? list.at(-1) : mesh.edges[0]) : null;
     this.gesture = new Gesture(name, this.#frame(isOfEdge && !(list?.length > 0) ? mesh.all(kind) : list));
     this.viewport.controls.enabled = false;

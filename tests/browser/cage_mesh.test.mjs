@@ -74,7 +74,7 @@ const GRID = { kind: 'grid', size: [4, 4], segments: [4, 4] };
 for (const [shape, kind, rule] of [
   [BOX, 'edges', 'all'], [BOX, 'faces', 'all'], [GRID, 'edges', 'border'], [BOX, 'edges', { sharper_than: 60 }],
   [GRID, 'edges', { loop: [6, 7] }], [GRID, 'edges', { loop: [0, 1] }], [GRID, 'edges', { ring: [6, 7] }], [BOX, 'edges', { loop: [0, 1] }], [BOX, 'edges', { ring: [0, 1] }],
-  [SPHERE, 'edges', { loop: [0, 1] }], [SPHERE, 'faces', { facing: [0, 0, 1], within: 30 }], [BOX, 'vertices', { inside: { min: [-2, 0, -2], max: [2, 2, 0] } }],
+  [SPHERE, 'edges', { loop: [0, 1] }], [SPHERE, 'faces', { facing: [0, 0, 1], within: 30 }], [SPHERE, 'faces', { facing: [1, 1, 0] }], [BOX, 'vertices', { inside: { min: [-2, 0, -2], max: [2, 2, 0] } }],
 ])
   test(`the daemon selects the same: ${shape.kind}, ${kind} ${JSON.stringify(rule)}`, async () => {
     const { id } = await post('models', { meshes: [{ shape }] });

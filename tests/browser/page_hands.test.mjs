@@ -1,5 +1,6 @@
 // The page at /: modelling by hand, with handles, keys and boxes on the picture.
 import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
 
 import { Modeller } from './modeller.mjs';
 import { difference, open, PHONE } from './page_driver.mjs';
@@ -171,4 +172,101 @@ visits('a finger moves what is selected', { hash, ...PHONE }, async (visit) => {
   const { edit, distance } = (await hand.edits).at(-1);
   assert.equal(edit, 'extrude');
   assert.ok(distance > 0.1, `${distance}`);
+});
+
+/** What is downloaded is the surface of the model that is shown. */
+async function savedAsShown(hand, press) {
+  const saved = hand.page.waitForEvent('download');
+  await press(hand.page.getByRole('link', { name: 'Download' }));
+  const file = await readFile(await (await saved).path());
+  assert.deepEqual(file, Buffer.from(await (await fetch(`${daemon.url}/v1/models/${hand.id}/surface.glb?level=2`)).arrayBuffer()));
+}
+
+visits('a ship from a box, by keyboard alone', { hash }, async (visit) => {
+  await visit.level(2);
+  const hand = new Hand(visit);
+  const { page } = hand;
+  const press = async (control) => {
+    await control.focus();
+    await page.keyboard.press('Enter');
+  };
+  const type = async (label, text) => {
+    await page.getByLabel(label).focus();
+    await page.keyboard.press('Control+A');
+    await page.keyboard.type(text);
+    await page.keyboard.press('Enter');
+  };
+  const onPicture = async (...keys) => {
+    await page.locator('#view').focus();
+    await hand.press(...keys);
+  };
+  const applies = (...keys) => hand.opens(() => onPicture(...keys));
+  await hand.opens(async () => {
+    await press(page.getByRole('button', { name: 'New shape' }));
+    await visit.wait(() => document.activeElement.role === 'menuitem');
+    await page.keyboard.press('Enter');
+  });
+  await hand.opens(() => type('Box: size', '1, 1, 3'));
+
+  // A half of it, cut along the middle.
+  await onPicture('2');
+  await type('Selection', '[[0, 1]]');
+  await applies('Control+r', 'Enter');
+  await onPicture('3');
+  await type('Selection', '{"inside": {"min": [-1, -1, -2], "max": [0, 1, 2]}}');
+  await applies('x');
+  await type('Selection', '{"facing": [0, 0, 1]}');
+  await applies('e', '1', 'Enter');
+  await type('Selection', '{"facing": [0, 1, 0]}');
+  await applies('i', '0', '.', '1', 'Enter');
+  await applies('e', '0', '.', '5', 'Enter');
+  await onPicture('2');
+  await type('Selection', '{"sharper_than": 60}');
+  await applies('Shift+E', '3', 'Enter');
+  await press(page.locator('summary', { hasText: 'Edits of the whole mesh' }));
+  await hand.opens(() => press(page.getByRole('button', { name: 'Mirror', exact: true })));
+  await visit.picture('ship');
+  const whole = hand.id;
+  const { bounds, boundary_edges: open, components, creases } = await described(whole);
+  assert.deepEqual({ bounds, open, components, creases }, { bounds: { min: [-0.5, -0.5, -1.5], max: [0.5, 1, 2.5] }, open: 0, components: 1, creases: 30 });
+  for (const keys of ['Control+z', 'Control+z', 'Control+Shift+z', 'Control+Shift+z']) await applies(keys);
+  assert.equal(hand.id, whole);
+  await savedAsShown(hand, press);
+});
+
+visits('a ship from a box, by touch alone', { hash, ...PHONE }, async (visit) => {
+  const hand = await Hand.begin(visit, '1, 1, 3');
+  const { page } = hand;
+  const tap = (control) => control.tap();
+  const button = (name) => page.getByRole('button', { name, exact: true });
+  const edits = (name) => hand.opens(() => tap(button(name)));
+  const onPicture = async (...place) => {
+    await tap(button('None')); // each tap adds one
+    await page.evaluate(() => scrollTo(0, 0));
+    await hand.click(place, [], 'tap');
+  };
+  await tap(button('Edges'));
+  await onPicture(0, 0.5, 1.5);
+  await edits('Loop cut');
+  await tap(button('Faces'));
+  await page.getByLabel('Selection').fill('{"inside": {"min": [-1, -1, -2], "max": [0, 1, 2]}}');
+  await page.getByLabel('Selection').blur();
+  await edits('Delete');
+  await onPicture(0.25, 0, 1.5);
+  await edits('Extrude');
+  await onPicture(0.25, 0.5, 0);
+  await edits('Inset');
+  await edits('Extrude');
+  await tap(button('Edges'));
+  await onPicture(0.5, 0.5, 0);
+  await edits('Crease');
+  await tap(page.locator('summary', { hasText: 'Edits of the whole mesh' }));
+  await edits('Mirror');
+  await visit.picture('ship_by_touch');
+  const whole = hand.id;
+  const { bounds, boundary_edges: open, components, creases } = await described(whole);
+  assert.deepEqual({ bounds, open, components, creases }, { bounds: { min: [-0.5, -0.5, -1.5], max: [0.5, 0.75, 1.75] }, open: 0, components: 1, creases: 2 });
+  for (const name of ['Undo', 'Undo', 'Redo', 'Redo']) await edits(name);
+  assert.equal(hand.id, whole);
+  await savedAsShown(hand, tap);
 });
