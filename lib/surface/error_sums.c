@@ -34,6 +34,7 @@ typedef struct compared {
   const tw_error_frame *frame;
   const double *corners[4];
   double normal[3];
+  double around; /* the least cosine at its corners */
 } compared;
 
 static uint32_t size_of(const tw_level_errors *l, uint32_t face) {
@@ -69,14 +70,11 @@ static void nearest_on_triangle(const double *a, const double *b, const double *
   }
 }
 
-/* A point over the inside of a triangle. */
+/* A point over the inside of a triangle, or beside it: then it slides over the faces around. */
 static void take_inner(const compared *c, tw_error_gap *g, const uint8_t triangle[3], const double *point) {
-  double foot[3], moved[3];
+  double foot[3];
   nearest_on_triangle(c->corners[triangle[0]], c->corners[triangle[1]], c->corners[triangle[2]], point, foot);
-  tw_difference3(point, foot, moved);
-  tw_offset o = tw_offset_split(moved, c->normal);
-  g->size =
-      tw_greater(g->size, tw_lesser(o.whole, o.normal + tw_error_slope((double)c->frame->own) * o.slide));
+  tw_error_gap_take(g, point, foot, c->around);
 }
 
 static void take_on_edge(const compared *c, tw_error_gap *g, uint32_t edge, const double *point) {
@@ -169,10 +167,11 @@ static double find_least(const compared *c, const piece *own, double enough) {
 
 static compared start(const tw_level_errors *levels, uint32_t depth, bool loop, uint32_t left, piece *whole) {
   uint32_t face = levels->made[left], begin = levels->begins[face];
-  compared c = {levels, depth, size_of(levels, face), loop, &levels->frames[left], {0}, {0}};
+  compared c = {levels, depth, size_of(levels, face), loop, &levels->frames[left], {0}, {0}, 1};
   *whole = (piece){.face = face};
   for (uint32_t i = 0; i < c.size; i++) {
     c.corners[i] = tw_point_at(levels->points, levels->corners[begin + i]);
+    c.around = tw_lesser(c.around, (double)c.frame->corners[i]);
     whole->places[i] = (uint8_t)(ON_EDGE << i | ON_EDGE << (i + c.size - 1) % c.size);
     for (uint32_t k = 0; k < 4; k++)
       for (uint32_t j = 0; j < 3; j++)
