@@ -95,6 +95,27 @@ double tw_error_slope(double cosine) {
   return cosine < TW_LEAST_COSINE ? INFINITY : sqrt(tw_greater(0, 1 - cosine * cosine)) / cosine;
 }
 
+bool tw_error_is_over(double quad[4][3], const double *point, const double normal[3]) {
+  double edge[3], to[3], across[3];
+  for (int i = 0; i < 4; i++) {
+    tw_difference3(quad[(i + 1) % 4], quad[i], edge);
+    tw_difference3(point, quad[i], to);
+    tw_cross3(edge, to, across);
+    if (!(tw_dot3(across, normal) >= 0)) return false;
+  }
+  return true;
+}
+
+double tw_error_quad_slope(double corners[4][3], const double normal[3]) {
+  double sides[4][3], across[3], least = 1;
+  for (int i = 0; i < 4; i++) tw_difference3(corners[(i + 1) % 4], corners[i], sides[i]);
+  for (int i = 0; i < 4; i++) {
+    tw_cross3(sides[(i + 3) % 4], sides[i], across);
+    if (tw_unit3(across) > 0) least = tw_lesser(least, tw_dot3(across, normal));
+  }
+  return tw_error_slope(least);
+}
+
 /* The least cosine of the faces at a corner's vertex that are on the corner's side of sharp edges. */
 static double vertex_cosine(const tw_error_part *p, uint32_t corner, const double normal[3]) {
   uint32_t around[TW_AROUND_MAX], count = tw_error_list_around(&p->topology, corner, around);

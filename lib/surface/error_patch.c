@@ -121,17 +121,24 @@ typedef struct bend {
 
 enum { ALONG_U, ALONG_V, MIXED, KINDS };
 
-/* Difference `i` of a kind: [8] along u or v, [9] mixed. */
-static void find_difference(const tw_error_net *n, int kind, int i, double out[3]) {
-  int line = i / 2, place = 1 + i % 2, u = i % 3, v = i / 3;
-  for (int c = 0; c < 3; c++)
-    if (kind == ALONG_U)
-      out[c] = n->points[line][place - 1][c] - 2 * n->points[line][place][c] + n->points[line][place + 1][c];
-    else if (kind == ALONG_V)
-      out[c] = n->points[place - 1][line][c] - 2 * n->points[place][line][c] + n->points[place + 1][line][c];
-    else
-      out[c] =
-          n->points[v][u][c] - n->points[v][u + 1][c] - n->points[v + 1][u][c] + n->points[v + 1][u + 1][c];
+/* The differences of a kind: [8] along u or v, [9] mixed. Returns how many. */
+static int find_differences(const tw_error_net *n, int kind, double out[9][3]) {
+  int count = 0;
+  if (kind == MIXED) {
+    for (int v = 0; v < 3; v++)
+      for (int u = 0; u < 3; u++, count++)
+        for (int c = 0; c < 3; c++)
+          out[count][c] = n->points[v][u][c] - n->points[v][u + 1][c] - n->points[v + 1][u][c] +
+                          n->points[v + 1][u + 1][c];
+    return count;
+  }
+  for (int line = 0; line < 4; line++)
+    for (int place = 1; place < 3; place++, count++) {
+      const double(*p)[3] = kind == ALONG_U ? &n->points[line][place] : &n->points[place][line],
+            (*next)[3] = kind == ALONG_U ? p + 1 : p + 4, (*before)[3] = kind == ALONG_U ? p - 1 : p - 4;
+      for (int c = 0; c < 3; c++) out[count][c] = (*before)[c] - 2 * (*p)[c] + (*next)[c];
+    }
+  return count;
 }
 
 static void widen(tw_offset *most, const tw_offset *more) {
@@ -153,14 +160,11 @@ static tw_offset find_greatest(double (*vectors)[3], int count, const double nor
 }
 
 static bend find_bend(const tw_error_net *n, int kind, const double normal[3]) {
-  enum { MOST = 9 };
-  int count = kind == MIXED ? MOST : MOST - 1;
-  double d[MOST][3];
+  double d[9][3];
+  int count = find_differences(n, kind, d);
   bend out = {0};
-  for (int i = 0; i < count; i++) {
-    find_difference(n, kind, i, d[i]);
+  for (int i = 0; i < count; i++)
     for (int c = 0; c < 3; c++) out.mean[c] += d[i][c] / count;
-  }
   out.greatest = find_greatest(d, count, normal);
   for (int i = 0; i < count; i++) tw_difference3(d[i], out.mean, d[i]);
   out.spread = find_greatest(d, count, normal);
@@ -291,6 +295,139 @@ static double patch_slope(const tw_error_net *n, const double normal[3], double 
   return *least_step > 0.2 * least ? hypot(d.height[0], d.height[1]) / *least_step : INFINITY;
 }
 
+/* ---- a closer look ------------------------------------------------------------------------------ */
+
+/* The control points of a patch in Bezier form, in whose hull it lies; its corners are limit points. */
+static void find_bezier(const tw_error_net *n, tw_error_net *out) {
+  static const double shares[4][4] = {{1. / 6, 4. / 6, 1. / 6, 0},
+                                      {0, 2. / 3, 1. / 3, 0},
+                                      {0, 1. / 3, 2. / 3, 0},
+                                      {0, 1. / 6, 4. / 6, 1. / 6}};
+  double lines[4][4][3];
+  memset(lines, 0, sizeof lines);
+  memset(out, 0, sizeof *out);
+  for (int v = 0; v < 4; v++)
+    for (int u = 0; u < 4; u++)
+      for (int k = 0; k < 4; k++)
+        for (int c = 0; c < 3; c++) lines[v][u][c] += shares[u][k] * n->points[v][k][c];
+  for (int v = 0; v < 4; v++)
+    for (int k = 0; k < 4; k++)
+      for (int u = 0; u < 4; u++)
+        for (int c = 0; c < 3; c++) out->points[v][u][c] += shares[v][k] * lines[k][u][c];
+}
+
+static void split_line(const double *a, const double *b, const double *c, const double *d, double *out[5]) {
+  for (int k = 0; k < 3; k++) {
+    out[0][k] = (a[k] + b[k]) / 2;
+    out[1][k] = (a[k] + 6 * b[k] + c[k]) / 8;
+    out[2][k] = (b[k] + c[k]) / 2;
+    out[3][k] = (b[k] + 6 * c[k] + d[k]) / 8;
+    out[4][k] = (c[k] + d[k]) / 2;
+  }
+}
+
+/* The nets of a patch's quarters. */
+static void split_net(const tw_error_net *n, tw_error_net out[4]) {
+  double lines[4][5][3], points[5][5][3];
+  for (int v = 0; v < 4; v++) {
+    double *line[5] = {lines[v][0], lines[v][1], lines[v][2], lines[v][3], lines[v][4]};
+    split_line(n->points[v][0], n->points[v][1], n->points[v][2], n->points[v][3], line);
+  }
+  for (int u = 0; u < 5; u++) {
+    double *line[5] = {points[0][u], points[1][u], points[2][u], points[3][u], points[4][u]};
+    split_line(lines[0][u], lines[1][u], lines[2][u], lines[3][u], line);
+  }
+  for (int child = 0; child < 4; child++)
+    for (int v = 0; v < 4; v++)
+      memcpy(out[child].points[v], points[v + child / 2][child % 2], sizeof out[child].points[v]);
+}
+
+/* The corners of a patch's face. */
+static void find_face(const tw_error_net *n, double out[4][3]) {
+  static const int places[4][2] = {{1, 1}, {1, 2}, {2, 2}, {2, 1}}; /* v, u */
+  for (int i = 0; i < 4; i++) memcpy(out[i], n->points[places[i][0]][places[i][1]], sizeof out[i]);
+}
+
+static double face_slope(const tw_error_net *n, const double normal[3]) {
+  double corners[4][3];
+  find_face(n, corners);
+  return tw_error_quad_slope(corners, normal);
+}
+
+/* The greatest slope of a patch and of all its levels: their derivatives along u and v are means of steps. */
+static double slope_of_pairs(const tw_error_net *n, const double normal[3]) {
+  enum { STEPS = 3, ALL = 4 * STEPS };
+  double along_v[3][ALL], most = 1;
+  for (int i = 0; i < ALL; i++)
+    for (int c = 0; c < 3; c++)
+      along_v[c][i] = net_step(n, 1, i / STEPS, i % STEPS + 1)[c] - net_step(n, 1, i / STEPS, i % STEPS)[c];
+  for (int i = 0; i < ALL; i++) {
+    double u[3], heights[ALL], squares[ALL];
+    tw_difference3(net_step(n, 0, i / STEPS, i % STEPS + 1), net_step(n, 0, i / STEPS, i % STEPS), u);
+    for (int k = 0; k < ALL; k++) {
+      double x = u[1] * along_v[2][k] - u[2] * along_v[1][k], y = u[2] * along_v[0][k] - u[0] * along_v[2][k],
+             z = u[0] * along_v[1][k] - u[1] * along_v[0][k];
+      heights[k] = x * normal[0] + y * normal[1] + z * normal[2];
+      squares[k] = x * x + y * y + z * z;
+    }
+    for (int k = 0; k < ALL; k++) {
+      if (!(heights[k] > 0)) return INFINITY;
+      if (squares[k] > most * heights[k] * heights[k]) most = squares[k] / (heights[k] * heights[k]);
+    }
+  }
+  return sqrt(most - 1);
+}
+
+/* The same, of its quarters where these may be less: then of its own level too. What is at most `enough` is
+ * looked at no further. */
+static double closer_slope(const tw_error_net *n, const double normal[3], double enough) {
+  tw_error_net quarters[4];
+  double slope = slope_of_pairs(n, normal);
+  if (slope <= enough) return slope;
+  double most = face_slope(n, normal);
+  split_net(n, quarters);
+  for (int i = 0; i < 4 && most < slope; i++) most = tw_greater(most, slope_of_pairs(&quarters[i], normal));
+  return tw_lesser(slope, most);
+}
+
+/* Whether the limit surface of a patch lies over its face and the faces around that, seen along the normal,
+ * along which these are a graph: as near to each side of the face as no edge around them is to all sides. */
+static bool stays_around(const tw_error_net *n, const double normal[3]) {
+  enum { SIDES = 4, WAYS = 2 * SIDES, EDGES = 12 };
+  static const int outer[EDGES][2] = {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {1, 3}, {2, 3},
+                                      {3, 3}, {3, 2}, {3, 1}, {3, 0}, {2, 0}, {1, 0}}; /* v, u */
+  tw_error_net bezier;
+  double face[4][3], out[WAYS][3], beyond[EDGES][WAYS], to[3], farthest = 0, width = INFINITY;
+  find_bezier(n, &bezier);
+  find_face(n, face);
+  for (int i = 0; i < SIDES; i++) {
+    tw_difference3(face[(i + 1) % SIDES], face[i], to);
+    tw_cross3(to, normal, out[i]);
+    tw_unit3(out[i]);
+  }
+  for (int i = 0; i < SIDES; i++) {
+    for (int c = 0; c < 3; c++) out[SIDES + i][c] = out[i][c] + out[(i + SIDES - 1) % SIDES][c];
+    tw_unit3(out[SIDES + i]);
+  }
+  for (int way = 0; way < WAYS; way++) {
+    for (int i = 0; i < 16; i++) {
+      tw_difference3(bezier.points[i / 4][i % 4], face[way % SIDES], to);
+      farthest = tw_greater(farthest, tw_dot3(to, out[way]));
+    }
+    for (int i = 0; i < EDGES; i++) {
+      tw_difference3(n->points[outer[i][0]][outer[i][1]], face[way % SIDES], to);
+      beyond[i][way] = tw_dot3(to, out[way]);
+    }
+  }
+  for (int i = 0; i < EDGES; i++) {
+    double most = 0;
+    for (int way = 0; way < WAYS; way++)
+      most = tw_greater(most, tw_lesser(beyond[i][way], beyond[(i + 1) % EDGES][way]));
+    width = tw_lesser(width, most);
+  }
+  return farthest <= width;
+}
+
 static void second_difference(const double *a, const double *b, const double *c, double out[3]) {
   for (int i = 0; i < 3; i++) out[i] = a[i] - 2 * b[i] + c[i];
 }
@@ -333,7 +470,7 @@ static tw_face_measure measure_patch(const tw_error_part *p, uint32_t face, cons
   bend bends[KINDS];
   tw_error_normal(p, face, normal);
   for (int kind = 0; kind < KINDS; kind++) bends[kind] = find_bend(n, kind, normal);
-  const tw_offset most = deviation(bends, limit, normal, &out.usual);
+  const tw_offset most = out.offset = deviation(bends, limit, normal, &out.usual);
   double slope = tw_dot3(normal, normal) > 0 ? patch_slope(n, normal, &step) : INFINITY;
   if (isfinite(slope) && most.slide <= step / 2)
     slope = tw_greater(slope, tw_error_slope_around(p, face, normal));
@@ -363,6 +500,20 @@ tw_face_measure tw_error_of_patch(const tw_measuring *m, const tw_error_part *p,
   if (m->rules.linear && tw_face_size(&p->topology, face) == 4) return measure_bilinear(p, face);
   if (m->rules.loop || m->rules.linear || !find_net(p, face, &n)) return (tw_face_measure){.error = -1};
   return measure_patch(p, face, &n, m->options->limit);
+}
+
+void tw_error_look_closely(const tw_measuring *m, const tw_error_part *p, uint32_t face, double enough,
+                           tw_face_measure *own) {
+  tw_error_net n;
+  double normal[3];
+  if (m->rules.linear || m->options->limit) return;
+  tw_error_normal(p, face, normal);
+  double slope = tw_error_slope_around(p, face, normal);
+  if (!isfinite(slope) || !find_net(p, face, &n) || !stays_around(&n, normal)) return;
+  double allowed = (enough - own->offset.normal) / own->offset.slide;
+  slope = tw_greater(slope, closer_slope(&n, normal, tw_greater(slope, allowed)));
+  if (isfinite(slope))
+    own->error = tw_lesser(own->error, slid_deviation(p, face, &n, false, normal, &own->offset, slope));
 }
 
 /* ---- patches around irregular points ----------------------------------------------------------- */
@@ -396,13 +547,11 @@ static double thickness(const tw_error_net *n, const double u[3], const double v
 }
 
 double tw_error_of_net(const tw_error_net *n, bool limit, double *hull) {
-  enum { MOST = 9 };
-  double u[3], v[3], d[3], squares[KINDS] = {0};
-  for (int kind = 0; kind < KINDS; kind++)
-    for (int i = 0; i < (kind == MIXED ? MOST : MOST - 1); i++) {
-      find_difference(n, kind, i, d);
-      squares[kind] = tw_greater(squares[kind], tw_dot3(d, d));
-    }
+  double u[3], v[3], d[9][3], squares[KINDS] = {0};
+  for (int kind = 0; kind < KINDS; kind++) {
+    int count = find_differences(n, kind, d);
+    for (int i = 0; i < count; i++) squares[kind] = tw_greater(squares[kind], tw_dot3(d[i], d[i]));
+  }
   find_middle(n, u, v);
   *hull = thickness(n, u, v);
   return plain_deviation(limit, sqrt(squares[ALONG_U]), sqrt(squares[ALONG_V]), sqrt(squares[MIXED]));

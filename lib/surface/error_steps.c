@@ -21,11 +21,12 @@ void tw_error_nearest_on(const double *a, const double *b, const double *to, dou
 }
 
 double tw_error_of_quad(double own[4][3], double next[9][3], const double normal[3], double slope) {
-  double reach = INFINITY, most = 0, foot[3], edge[3];
+  double reach = INFINITY, most = 0, foot[3], edge[3], inside = tw_error_quad_slope(own, normal);
   for (int i = 0; i < 4; i++) {
     tw_difference3(own[(i + 1) % 4], own[i], edge);
     reach = tw_lesser(reach, tw_length3(edge) / 2);
   }
+  bool stays = tw_error_is_over(own, next[8], normal);
   for (int i = 0; i < 10; i++) { /* corners, edges, and the middle of both diagonals */
     const double *to = next[i < 8 ? i : 8], *from = own[i / 2 % 4];
     if (i % 2 == 1 || i == 8) {
@@ -36,7 +37,9 @@ double tw_error_of_quad(double own[4][3], double next[9][3], const double normal
     }
     tw_difference3(to, from, edge);
     tw_offset o = tw_offset_split(edge, normal);
-    if (o.slide <= reach && isfinite(slope)) o.whole = tw_lesser(o.whole, o.normal + slope * o.slide);
+    bool slides_inside = i >= 8 && stays; /* over the quad's own triangles */
+    if ((slides_inside || o.slide <= reach) && isfinite(slope))
+      o.whole = tw_lesser(o.whole, o.normal + (slides_inside ? inside : slope) * o.slide);
     most = tw_greater(most, o.whole);
   }
   return most;

@@ -75,13 +75,14 @@ static void settle_at(findings *found, uint32_t level, double error) {
 typedef struct pass {
   const tw_measuring *m;
   tw_error_part *p;
-  enum { PASS_SETTLED, PASS_STEP, PASS_REST } kind;
+  enum { PASS_SETTLED, PASS_CLOSELY, PASS_STEP, PASS_REST } kind;
   const double *next;       /* of steps */
   const double *radii;      /* of the rest */
   double *rests;            /* [faces] of open ones */
   double *steps;            /* [faces] of open ones */
   tw_error_frame *frames;   /* [faces] of open ones */
   tw_face_measure *of_face; /* [faces] of open ones */
+  double allowed;           /* what is more is looked at closely */
   tw_share *shares[TW_PARALLEL_FOR_PARTS_MAX];
   double most[TW_PARALLEL_FOR_PARTS_MAX];
 } pass;
@@ -93,6 +94,11 @@ static double measure_face(pass *s, uint32_t index, uint32_t face) {
   }
   if (s->kind == PASS_REST)
     return s->rests[face] = tw_error_of_rest(s->m, s->p, s->radii, face, s->shares[index]);
+  if (s->kind == PASS_CLOSELY) {
+    tw_face_measure *own = &s->of_face[face];
+    if (own->error > s->allowed) tw_error_look_closely(s->m, s->p, face, s->allowed, own);
+    return 0;
+  }
   s->of_face[face] = tw_error_of_patch(s->m, s->p, face);
   return s->of_face[face].usual < INFINITY ? s->of_face[face].usual : 0;
 }
@@ -167,6 +173,10 @@ static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_
   if (status != TW_OK) return status;
   others = tw_greater(found->settled[p->level], found->step / 4);
   double allowed = tw_greater(loose * tw_greater(usual, others), wish->enough / SMALL_PART);
+  s.kind = PASS_CLOSELY;
+  s.allowed = allowed;
+  status = run(&s, &usual);
+  if (status != TW_OK) return status;
   if (is_too_large(m, p)) allowed = leave_room(m, p, s.of_face, allowed);
   for (uint32_t f = 0; f < faces; f++) {
     if (p->states[f] < TW_FACE_OPEN || s.of_face[f].error < 0) continue;

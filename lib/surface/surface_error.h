@@ -86,11 +86,12 @@ typedef struct tw_offset {
 
 /* What is known of a face whose deeper levels follow from it. */
 typedef struct tw_face_measure {
-  double error; /* its distance from the limit; below 0: of a face that is open still */
-  double whole; /* the same if nothing slides, from points of the face to those of its own limit */
-  double usual; /* about what it would be if nothing varied: where `error` is much more, its children tell
-                   more */
-  float fall;   /* how much of the error its children have at most */
+  double error;     /* its distance from the limit; below 0: of a face that is open still */
+  double whole;     /* the same if nothing slides, from points of the face to those of its own limit */
+  double usual;     /* about what it would be if nothing varied: where `error` is much more, its children tell
+                       more */
+  tw_offset offset; /* of a patch: between its points and those of the face at the same parameters */
+  float fall;       /* how much of the error its children have at most */
 } tw_face_measure;
 
 /* Of numbers: unlike fmax and fmin they are no calls. */
@@ -134,6 +135,12 @@ double tw_error_ring_cosine(const tw_error_part *p, uint32_t corner, const doubl
 double tw_error_slope(double cosine);
 double tw_error_slope_around(const tw_error_part *p, uint32_t face, const double normal[3]);
 
+/* Whether a point lies over a convex quad, seen along the quad's normal. */
+bool tw_error_is_over(double quad[4][3], const double *point, const double normal[3]);
+
+/* The greatest slope of a quad's own triangles. */
+double tw_error_quad_slope(double corners[4][3], const double normal[3]);
+
 /* The greatest slope of the faces around a face, also beyond sharp edges. */
 double tw_error_slope_beyond(const tw_error_part *p, uint32_t face, const double normal[3]);
 
@@ -166,6 +173,11 @@ typedef struct tw_error_net {
 } tw_error_net;
 
 tw_face_measure tw_error_of_patch(const tw_measuring *m, const tw_error_part *p, uint32_t face);
+
+/* Lowers the distance of a regular face, where it is more than is enough: a closer look, which costs more.
+ * Not of limit points, of which it is not known how far the faces around reach. */
+void tw_error_look_closely(const tw_measuring *m, const tw_error_part *p, uint32_t face, double enough,
+                           tw_face_measure *own);
 
 /* The distance of a patch, which its children have a quarter of. *hull: what it and they have at most where
  * all these are graphs, seen along the third axis. */

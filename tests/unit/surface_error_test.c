@@ -18,6 +18,26 @@ static float flat(float x, float y) {
   return 0 * x * y;
 }
 
+/* Points that are moved within the plane, so far that each face is surrounded by very unlike ones, leave the
+ * surface as flat as it was. */
+TEST(faces_of_unlike_shapes_are_flat_where_the_surface_is) {
+  enum { SIDE = 12 };
+  cage *c = grid(SIDE, SIDE, false, flat);
+  double errors[LEVELS];
+  float step = c->points[1][0] - c->points[0][0];
+  unsigned random = 7;
+  for (int i = 0; i < SIDE * SIDE; i++)
+    for (int k = 0; k < 2; k++) {
+      bool is_inside = i % SIDE > 0 && i % SIDE < SIDE - 1 && i / SIDE > 0 && i / SIDE < SIDE - 1;
+      random = random * 1664525U + 1013904223U;
+      if (is_inside) c->points[i][k] += 0.35F * step * ((float)(random >> 16) / 32768 - 1);
+    }
+  find_errors(&c->mesh, &(tw_surface_options){0}, errors);
+  for (int level = 0; level < LEVELS; level++)
+    if (!(errors[level] < 1e-5)) fail_msg("level %d: %g, a side is %g", level, errors[level], (double)step);
+  free(c);
+}
+
 static float bowl(float x, float y) {
   return x * x + y * y;
 }
@@ -60,6 +80,28 @@ TEST(the_farthest_of_too_many_irregular_faces_are_followed) {
   double errors[LEVELS];
   find_errors(&c->mesh, &(tw_surface_options){0}, errors);
   if (!(errors[5] < errors[0] / 100)) fail_msg("%g at level 5, %g at level 0", errors[5], errors[0]);
+  free(c);
+}
+
+/* Where triangles are split, regular faces turn to and fro, and points slide far along them. They stay around
+ * their faces all the same, so that errors fall from level to level as distances do. */
+TEST(errors_of_a_fine_torus_of_triangles_fall) {
+  enum { LONG = 120, ROUND = 30 };
+  cage *c = new_cage_for(LONG * ROUND, 2 * LONG * ROUND);
+  double errors[LEVELS];
+  for (uint32_t i = 0; i < LONG; i++)
+    for (uint32_t k = 0; k < ROUND; k++) {
+      float along = 6.2831853F * (float)i / LONG, round = 6.2831853F * (float)k / ROUND,
+            radius = 3 + cosf(round);
+      add_point(c, radius * cosf(along), radius * sinf(along), sinf(round));
+    }
+  for (uint32_t i = 0; i < LONG; i++)
+    for (uint32_t k = 0; k < ROUND; k++) {
+      uint32_t after = (i + 1) % LONG * ROUND, up = (k + 1) % ROUND;
+      add_quad(c, (const uint32_t[4]){i * ROUND + k, after + k, after + up, i * ROUND + up}, true);
+    }
+  find_errors(&c->mesh, &(tw_surface_options){0}, errors);
+  if (!(errors[2] < errors[0] / 3)) fail_msg("%g at level 2, %g at level 0", errors[2], errors[0]);
   free(c);
 }
 
