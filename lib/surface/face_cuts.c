@@ -179,7 +179,7 @@ static bool is_surely_convex(const uint32_t *corners, uint32_t size, const doubl
     tw_difference3(after, at, b);
     tw_cross3(a, b, cross);
     double along = tw_dot3(cross, normal);
-    if (along < 0.2 * squared || along < 0.9 * sqrt(squared * tw_dot3(cross, cross))) return false;
+    if (along < 0.2 * squared || along * along < 0.81 * squared * tw_dot3(cross, cross)) return false;
   }
   return true;
 }
