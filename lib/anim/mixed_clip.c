@@ -107,8 +107,9 @@ static void take_over(blend *b, const layer_values *layer, float *shares) {
   }
 }
 
-/* Moves sums of rotations by shares toward q or -q, whichever is on their side. What follows of dot products
- * is vectorised in a loop of its own: the square of a new sum's length, too, which need not be read again. */
+/* Moves each sum of rotations by its share toward q or -q, whichever is on its side. What dot products tell
+ * is computed in a loop of its own, which is vectorised: also the square of the new sum's length, so that the
+ * sum is not read again for it. */
 static void blend_rotations(blend *b, const layer_values *layer, const float *restrict shares) {
   const layer_values of = *layer; /* may be kept in registers */
   float *restrict means = b->means, dots[TW_POSE_BLOCK], norms[TW_POSE_BLOCK], parts[TW_POSE_BLOCK];
@@ -163,7 +164,7 @@ static void blend_layer(blend *b, const layer_values *layer, bool overrides) {
     blend_vectors(b, layer, shares, b->width);
 }
 
-/* Sums of rotations become of unit length: in a loop of their own, roots and divisions are vectorised. */
+/* Gives sums of rotations unit length. Roots and divisions have a loop of their own, which is vectorised. */
 static void end_sums(blend *b) {
   float scales[TW_POSE_BLOCK];
   if (!b->has_sums) return;

@@ -390,8 +390,9 @@ static double closer_slope(const tw_error_net *n, const double normal[3], double
   return tw_lesser(slope, most);
 }
 
-/* Whether the limit surface of a patch lies over its face and the faces around that, seen along the normal,
- * along which these are a graph: as near to each side of the face as no edge around them is to all sides. */
+/* Whether the limit surface of a patch, seen along the normal, lies over its face and the faces around it,
+ * which are a graph along that normal. So it is where the patch's hull reaches less far beyond the sides and
+ * corners of its face than each outer edge of the faces around lies beyond one of these. */
 static bool stays_around(const tw_error_net *n, const double normal[3]) {
   enum { SIDES = 4, WAYS = 2 * SIDES, EDGES = 12 };
   static const int outer[EDGES][2] = {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {1, 3}, {2, 3},
@@ -502,11 +503,9 @@ tw_face_measure tw_error_of_patch(const tw_measuring *m, const tw_error_part *p,
   return measure_patch(p, face, &n, m->options->limit);
 }
 
-void tw_error_look_closely(const tw_measuring *m, const tw_error_part *p, uint32_t face, double enough,
-                           tw_face_measure *own) {
+void tw_error_look_closely(const tw_error_part *p, uint32_t face, double enough, tw_face_measure *own) {
   tw_error_net n;
   double normal[3];
-  if (m->rules.linear || m->options->limit) return;
   tw_error_normal(p, face, normal);
   double slope = tw_error_slope_around(p, face, normal);
   if (!isfinite(slope) || !find_net(p, face, &n) || !stays_around(&n, normal)) return;

@@ -96,7 +96,7 @@ static double measure_face(pass *s, uint32_t index, uint32_t face) {
     return s->rests[face] = tw_error_of_rest(s->m, s->p, s->radii, face, s->shares[index]);
   if (s->kind == PASS_CLOSELY) {
     tw_face_measure *own = &s->of_face[face];
-    if (own->error > s->allowed) tw_error_look_closely(s->m, s->p, face, s->allowed, own);
+    if (own->error > s->allowed) tw_error_look_closely(s->p, face, s->allowed, own);
     return 0;
   }
   s->of_face[face] = tw_error_of_patch(s->m, s->p, face);
@@ -173,10 +173,12 @@ static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_
   if (status != TW_OK) return status;
   others = tw_greater(found->settled[p->level], found->step / 4);
   double allowed = tw_greater(loose * tw_greater(usual, others), wish->enough / SMALL_PART);
-  s.kind = PASS_CLOSELY;
-  s.allowed = allowed;
-  status = run(&s, &usual);
-  if (status != TW_OK) return status;
+  if (!m->rules.linear && !m->options->limit) { /* how far faces around limit points reach is not known */
+    s.kind = PASS_CLOSELY;
+    s.allowed = allowed;
+    status = run(&s, &usual);
+    if (status != TW_OK) return status;
+  }
   if (is_too_large(m, p)) allowed = leave_room(m, p, s.of_face, allowed);
   for (uint32_t f = 0; f < faces; f++) {
     if (p->states[f] < TW_FACE_OPEN || s.of_face[f].error < 0) continue;

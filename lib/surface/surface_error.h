@@ -174,10 +174,9 @@ typedef struct tw_error_net {
 
 tw_face_measure tw_error_of_patch(const tw_measuring *m, const tw_error_part *p, uint32_t face);
 
-/* Lowers the distance of a regular face, where it is more than is enough: a closer look, which costs more.
- * Not of limit points, of which it is not known how far the faces around reach. */
-void tw_error_look_closely(const tw_measuring *m, const tw_error_part *p, uint32_t face, double enough,
-                           tw_face_measure *own);
+/* Lowers the distance of a regular face of smooth rules, where it is more than is enough: a closer look,
+ * which costs more. The level shows control points, not limit points. */
+void tw_error_look_closely(const tw_error_part *p, uint32_t face, double enough, tw_face_measure *own);
 
 /* The distance of a patch, which its children have a quarter of. *hull: what it and they have at most where
  * all these are graphs, seen along the third axis. */

@@ -83,8 +83,8 @@ TEST(the_farthest_of_too_many_irregular_faces_are_followed) {
   free(c);
 }
 
-/* Where triangles are split, regular faces turn to and fro, and points slide far along them. They stay around
- * their faces all the same, so that errors fall from level to level as distances do. */
+/* Regular quads of split triangles have neighbours of unlike shapes, so that points of the limit surface lie
+ * far beside their own. They lie over the quads around all the same, and errors fall as distances do. */
 TEST(errors_of_a_fine_torus_of_triangles_fall) {
   enum { LONG = 120, ROUND = 30 };
   cage *c = new_cage_for(LONG * ROUND, 2 * LONG * ROUND);
