@@ -174,12 +174,17 @@ visits('a finger moves what is selected', { hash, ...PHONE }, async (visit) => {
   assert.ok(distance > 0.1, `${distance}`);
 });
 
-/** What is downloaded is the surface of the model that is shown. */
-async function savedAsShown(hand, press) {
+/** A ship is whole, its last edits are undone and redone, and what is downloaded is its surface. act: by 'Undo' or 'Redo'. */
+async function finishShip(hand, { max, creases }, act, press) {
+  const whole = hand.id;
+  const { bounds, boundary_edges: open, components, creases: made } = await described(whole);
+  assert.deepEqual({ bounds, open, components, creases: made }, { bounds: { min: [-0.5, -0.5, -1.5], max }, open: 0, components: 1, creases });
+  for (const name of ['Undo', 'Undo', 'Redo', 'Redo']) await act(name);
+  assert.equal(hand.id, whole);
   const saved = hand.page.waitForEvent('download');
   await press(hand.page.getByRole('link', { name: 'Download' }));
   const file = await readFile(await (await saved).path());
-  assert.deepEqual(file, Buffer.from(await (await fetch(`${daemon.url}/v1/models/${hand.id}/surface.glb?level=2`)).arrayBuffer()));
+  assert.deepEqual(file, Buffer.from(await (await fetch(`${daemon.url}/v1/models/${whole}/surface.glb?level=2`)).arrayBuffer()));
 }
 
 visits('a ship from a box, by keyboard alone', { hash }, async (visit) => {
@@ -226,12 +231,8 @@ visits('a ship from a box, by keyboard alone', { hash }, async (visit) => {
   await press(page.locator('summary', { hasText: 'Edits of the whole mesh' }));
   await hand.opens(() => press(page.getByRole('button', { name: 'Mirror', exact: true })));
   await visit.picture('ship');
-  const whole = hand.id;
-  const { bounds, boundary_edges: open, components, creases } = await described(whole);
-  assert.deepEqual({ bounds, open, components, creases }, { bounds: { min: [-0.5, -0.5, -1.5], max: [0.5, 1, 2.5] }, open: 0, components: 1, creases: 30 });
-  for (const keys of ['Control+z', 'Control+z', 'Control+Shift+z', 'Control+Shift+z']) await applies(keys);
-  assert.equal(hand.id, whole);
-  await savedAsShown(hand, press);
+  const keys = { Undo: 'Control+z', Redo: 'Control+Shift+z' };
+  await finishShip(hand, { max: [0.5, 1, 2.5], creases: 30 }, (name) => applies(keys[name]), press);
 });
 
 visits('a ship from a box, by touch alone', { hash, ...PHONE }, async (visit) => {
@@ -263,10 +264,5 @@ visits('a ship from a box, by touch alone', { hash, ...PHONE }, async (visit) =>
   await tap(page.locator('summary', { hasText: 'Edits of the whole mesh' }));
   await edits('Mirror');
   await visit.picture('ship_by_touch');
-  const whole = hand.id;
-  const { bounds, boundary_edges: open, components, creases } = await described(whole);
-  assert.deepEqual({ bounds, open, components, creases }, { bounds: { min: [-0.5, -0.5, -1.5], max: [0.5, 0.75, 1.75] }, open: 0, components: 1, creases: 2 });
-  for (const name of ['Undo', 'Undo', 'Redo', 'Redo']) await edits(name);
-  assert.equal(hand.id, whole);
-  await savedAsShown(hand, tap);
+  await finishShip(hand, { max: [0.5, 0.75, 1.75], creases: 2 }, edits, tap);
 });
