@@ -228,7 +228,7 @@ static bool may_be_ring(const tw_error_part *p, uint32_t vertex) {
   uint32_t open = 0, valence = tw_error_wheel_valence(t, vertex);
   for (uint32_t i = 0; i < valence; i++)
     open += p->states[tw_corner_face(t, t->fan_corners[t->fan_offsets[vertex] + i])] >= TW_FACE_OPEN;
-  return open > 0 && (open == valence || (p->is_batch && p->level <= 2));
+  return open > 0 && (open == valence || (p->batch_level == 1 && p->level <= 2));
 }
 
 /* Lists the vertices that may have rings, and measures these. */
@@ -281,6 +281,14 @@ static void settle_ring(tw_error_part *p, const ring *r, findings *found) {
   }
 }
 
+/* Whether a ring is on no level farther than what is settled already. */
+static bool is_known(const ring *r, const findings *found, uint32_t level) {
+  bool is = r->count > 0;
+  for (uint32_t i = 0; i < r->count && level + i <= LEVELS_MAX; i++)
+    is = is && r->errors[i] <= found->settled[level + i];
+  return is;
+}
+
 /* Measures open faces around one irregular vertex, and settles them: all, or those that are not among the
  * farthest. */
 static tw_status settle_rings(const tw_measuring *m, tw_error_part *p, bool all, findings *found) {
@@ -289,8 +297,10 @@ static tw_status settle_rings(const tw_measuring *m, tw_error_part *p, bool all,
   tw_status status = find_rings(m, p, found->small, &rings, &count);
   if (status != TW_OK) return status;
   double limit = all ? INFINITY : find_ring_room(m, rings, count);
-  for (uint32_t i = 0; i < count; i++)
-    if (rings[i].count > 0 && rings[i].errors[0] <= limit) settle_ring(p, &rings[i], found);
+  for (uint32_t i = 0; i < count; i++) {
+    bool settles = rings[i].count > 0 && rings[i].errors[0] <= limit;
+    if (settles || is_known(&rings[i], found, p->level)) settle_ring(p, &rings[i], found);
+  }
   return TW_OK;
 }
 
@@ -412,7 +422,7 @@ static tw_status start(tw_measuring *m, tw_error_part *p) {
 }
 
 static tw_status refine(const tw_measuring *m, const tw_error_part *p, tw_error_part *child) {
-  *child = (tw_error_part){.arena = tw_arena_create(), .level = p->level + 1, .is_batch = p->is_batch};
+  *child = (tw_error_part){.arena = tw_arena_create(), .level = p->level + 1, .batch_level = p->batch_level};
   if (!child->arena) return TW_NO_MEMORY;
   tw_topology *t = &child->topology;
   tw_status status = tw_refine_topology(&p->topology, &m->rules, child->arena, m->parallel, t);
@@ -503,7 +513,7 @@ static tw_status cut(const tw_measuring *m, tw_error_part *p) {
   tw_error_part out = {.errors = p->errors,
                        .wholes = p->wholes,
                        .falls = p->falls,
-                       .is_batch = p->is_batch,
+                       .batch_level = p->batch_level,
                        .level = p->level,
                        .open_count = p->open_count};
   tw_status status = cut_out(m, p, corners, count, &out);
@@ -538,16 +548,15 @@ static bool has_wide_fan(const tw_topology *t) {
   return v < t->vertex_count;
 }
 
-/* Whether the next level is too large to be made at once. Two steps make faces that have one irregular vertex
- * at most, so that rings or patches tell of them. Loop's scheme has neither. */
-static bool needs_batches(const tw_measuring *m, const tw_error_part *p) {
-  return p->level == 1 && !p->is_batch && !m->rules.loop && can_cut(m, p) && is_too_large(m, p) &&
+/* Whether open faces may be measured in batches: Loop's scheme has no rings, so that batches have no end. */
+static bool can_batch(const tw_measuring *m, const tw_error_part *p) {
+  return p->level > 0 && p->batch_level != p->level && !m->rules.loop && can_cut(m, p) &&
          !has_wide_fan(&p->topology);
 }
 
 /* Leaves the faces from which deeper levels are made: those of which more is left than a small part of what
- * is enough and, where these are too many, those that no measure tells of, or of these the ones of which most
- * is left. None at the last level. */
+ * is enough and, where these are too many, measures them in batches. Where a batch has too many, they are
+ * those that no measure tells of, or of these the ones of which most is left. None at the last level. */
 static tw_status narrow(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish, findings *found) {
   enum { SMALL_ONES, MEASURED, RINGS, ROOM, ATTEMPTS = 6 };
   bool is_last = p->level == wish->level_max + TW_ERROR_FURTHER_LEVELS,
@@ -555,9 +564,12 @@ static tw_status narrow(const tw_measuring *m, tw_error_part *p, const tw_error_
        has_rings = is_narrowed && p->topology.face_size == 4;
   double limit = is_last ? INFINITY : is_narrowed ? wish->enough / SMALL_PART : 0;
   tw_status status = TW_OK;
-  if (needs_batches(m, p)) return measure_batches(m, p, wish, found);
-  if (has_rings && (p->is_batch || is_too_large(m, p))) status = settle_rings(m, p, p->is_batch, found);
-  if (p->is_batch && p->level == 1) return status; /* its faces stay together for the rings of level 2 */
+  if (p->level == 1 && 2 * count_children(m, p) > m->faces_max && can_batch(m, p))
+    return measure_batches(m, p, wish,
+                           found); /* else what is around the points of level 2 may be too large */
+  if (has_rings && (p->batch_level > 0 || is_too_large(m, p))) status = settle_rings(m, p, false, found);
+  if (p->batch_level == 1 && p->level == 1)
+    return status; /* its faces stay together for the rings of level 2 */
   for (int attempt = SMALL_ONES; p->open_count > 0 && status == TW_OK; attempt++) {
     double *rests = NULL, most = 0;
     if (attempt == MEASURED) settle_measured(p, found);
@@ -568,7 +580,8 @@ static tw_status narrow(const tw_measuring *m, tw_error_part *p, const tw_error_
       limit = p->level > 0 && is_narrowed && attempt < ATTEMPTS ? find_room(m, p, rests, most) : INFINITY;
     if (rests) give_up(p, rests, limit, found);
     if (p->open_count > 0 && p->level > 0) status = cut(m, p);
-    if (!is_too_large(m, p)) return status;
+    if (status != TW_OK || !is_too_large(m, p)) return status;
+    if (attempt == SMALL_ONES && can_batch(m, p)) return measure_batches(m, p, wish, found);
   }
   return status;
 }
@@ -700,12 +713,13 @@ static uint32_t *list_open(const tw_error_part *p) {
 /* Measures the part around the open faces, which are a batch, by itself. bounds: raised, of all levels. */
 static tw_status measure_batch(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish,
                                double bounds[LEVELS_MAX + 1]) {
-  uint32_t count, *corners = list_corners(p, 2, &count), size = p->topology.face_size;
+  uint32_t count, *corners = list_corners(p, p->level == 1 ? 2 : 1, &count), size = p->topology.face_size;
   double own[LEVELS_MAX + 1];
-  tw_error_part part = {.is_batch = true, .level = p->level, .open_count = p->open_count};
+  tw_error_part part = {.batch_level = p->level, .level = p->level, .open_count = p->open_count};
   findings found = {.arena = tw_arena_create(), .first = p->level, .last = p->level};
   tw_status status = corners && found.arena ? cut_out(m, p, corners, count, &part) : TW_NO_MEMORY;
-  part.made = NULL; /* a beginning of its own */
+  part.made = NULL;                                    /* a beginning of its own */
+  memcpy(found.settled, bounds, sizeof found.settled); /* less than earlier batches have is not told apart */
   if (status == TW_OK) status = keep_made(&found, &part);
   if (status == TW_OK) status = measure(m, &part, wish, &found);
   if (status == TW_OK) status = sum_up(&found, m->rules.loop, LEVELS_MAX, 0, own);
@@ -725,7 +739,8 @@ static tw_status measure_batch(const tw_measuring *m, tw_error_part *p, const tw
 /* Measures open faces whose children are too many, some after the others. None is open then. */
 static tw_status measure_batches(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish,
                                  findings *found) {
-  const uint32_t batch = m->faces_max / 8; /* with what is around these, their children have room */
+  const uint32_t part = p->level == 1 ? 8 : 32, /* the deeper, the more is around each */
+      batch = m->faces_max / part + 1;
   uint32_t *open = list_open(p), count = p->open_count;
   tw_status status = open ? TW_OK : TW_NO_MEMORY;
   for (uint32_t i = 0; i < count && open; i++) p->states[open[i]] = TW_FACE_AROUND;

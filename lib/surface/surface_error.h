@@ -37,8 +37,9 @@ typedef struct tw_error_part {
   double *errors;      /* [faces of the level as it was made] the distance of each from the limit */
   double *wholes;      /* [the same] as tw_face_measure has them */
   float *falls;        /* [the same] as tw_face_measure has them; 1: of faces given up */
-  bool is_batch;       /* of faces whose children are too many to be made at once */
   uint32_t level, open_count;
+  uint32_t batch_level; /* at which it began as a batch of faces, whose children are too many to be made at
+                           once; 0: it is no batch */
 } tw_error_part;
 
 /* What error_rings.c knows of a valence. */

@@ -124,6 +124,40 @@ TEST(irregular_faces_without_room_still_come_nearer) {
   }
 }
 
+/* From -1 to 1, different for each i. */
+static float noise(uint32_t i) {
+  return (float)(i * 2654435761u % 2001) / 1000 - 1;
+}
+
+/* A noisy scan with holes has irregular points at borders, of which no measure tells but deeper levels. Where
+ * there is no room for all of these at once, levels are told about as closely. */
+TEST(noisy_scans_with_holes_need_no_room_for_all_levels_at_once) {
+  enum { SIDE = 24 };
+  const tw_error_wish roomy = {.level_max = LEVELS - 1, .enough = 1e-3},
+                      tight = {.level_max = LEVELS - 1, .enough = 1e-3, .faces_max = 16384};
+  const tw_surface_options options = {0};
+  double errors[2][LEVELS];
+  cage *c = new_cage_for(SIDE * SIDE, 2 * SIDE * SIDE);
+  for (uint32_t i = 0; i < SIDE * SIDE; i++) {
+    float along = 6.2831853F / SIDE * ((float)(i % SIDE) + 0.3F * noise(3 * i)),
+          round = 6.2831853F / SIDE * ((float)(i / SIDE) + 0.3F * noise(3 * i + 1)),
+          width = 0.4F + 0.03F * noise(3 * i + 2), radius = 1 + width * cosf(round);
+    add_point(c, radius * cosf(along), radius * sinf(along), width * sinf(round));
+  }
+  for (uint32_t i = 0; i < SIDE * SIDE; i++) {
+    uint32_t x = i % SIDE, y = i / SIDE, right = (x + 1) % SIDE, up = (y + 1) % SIDE * SIDE;
+    const uint32_t quad[4] = {i, y * SIDE + right, up + right, up + x};
+    const uint32_t turned[4] = {quad[1], quad[2], quad[3], quad[0]};
+    if (noise(7 * i) > -0.4F) add_quad(c, noise(11 * i) > 0.2F ? turned : quad, true);
+  }
+  assert_int_equal(tw_surface_errors(&c->mesh, &options, &roomy, NULL, errors[0], NULL), TW_OK);
+  assert_int_equal(tw_surface_errors(&c->mesh, &options, &tight, NULL, errors[1], NULL), TW_OK);
+  for (int level = 0; level < LEVELS; level++)
+    if (!(errors[1][level] < 2.5 * errors[0][level]))
+      fail_msg("level %d: %g, %g with room", level, errors[1][level], errors[0][level]);
+  free(c);
+}
+
 TEST(each_level_is_nearer_and_deep_ones_four_times) {
   static const tw_surface_options options[] = {
       {0}, {.limit = true}, {.boundary = TW_BOUNDARY_EDGE_ONLY}, {.creasing = TW_CREASE_CHAIKIN}};
