@@ -401,6 +401,107 @@ TEST(a_figure_that_faces_another_way_moves_as_it_faces) {
     assert_true(worst_of((biped_options){0}, (biped_options){.turned = quarter * 1.5707963267949}, 1) < 1e-5);
 }
 
+/* ---- what stands above ----------------------------------------------------------------------- */
+
+/* Gives a node's scale signs, and turns all that is below so that every place stays. */
+static void sign_scale(biped *b, uint32_t top, const float signs[3]) {
+  bool is_below[BIPED_MOST] = {false};
+  float all = signs[0] * signs[1] * signs[2];
+  memcpy(b->nodes[top].rest.scale, signs, 3 * sizeof *signs);
+  for (uint32_t i = 0; i < b->count; i++) {
+    uint32_t node = b->order[i], parent = b->nodes[node].parent;
+    is_below[node] = parent != TW_NO_INDEX && (parent == top || is_below[parent]);
+    for (int k = 0; is_below[node] && k < 3; k++) {
+      b->nodes[node].rest.translation[k] *= signs[k];
+      b->nodes[node].rest.rotation[k] *= all * signs[k];
+      for (int key = 0; key < BIPED_KEYS; key++) b->turns[node][key][k] *= all * signs[k];
+    }
+  }
+}
+
+/* Hangs a figure on a node of its own. */
+static tw_node *hang(biped *b) {
+  tw_node *top = &b->nodes[b->count];
+  *top = (tw_node){.name = "Armature",
+                   .parent = TW_NO_INDEX,
+                   .mesh = TW_NO_INDEX,
+                   .skin = TW_NO_INDEX,
+                   .rest = TW_TRS_IDENTITY};
+  b->nodes[0].parent = b->count++;
+  tw_error error;
+  assert_int_equal(tw_nodes_order(b->nodes, b->count, b->order, &error), TW_OK);
+  return top;
+}
+
+/* The farthest that an end is from where the source, as it was made, has it in a world of such signs. */
+static double worst_below(const biped *from, biped *source, const biped *target, const float signs[3]) {
+  tw_arena *arena = tw_arena_create();
+  tw_retarget_job job = job_of(source, target);
+  tw_retargeted out = run_good(&job, arena);
+  double worst = 0;
+  for (size_t t = 0; t < TIMES; t++) {
+    posed a = pose_at(from, &from->clip, some_times[t]), b = pose_at(target, &out.keys, some_times[t]);
+    for (size_t i = 0; i < ENDS; i++)
+      for (int k = 0; k < 3; k++)
+        worst = fmax(worst, fabs((double)(a.world[from->at[ends[i]]][12 + k] -
+                                          signs[k] * b.world[target->at[ends[i]]][12 + k])));
+  }
+  tw_arena_destroy(arena);
+  return worst;
+}
+
+/* A source and a target of the same build, and the source as it was made. */
+static void make_pair(biped *from, biped *source, biped *target) {
+  biped_make(source, (biped_options){.seed = 5});
+  biped_animate(source, 1.5, 3);
+  biped_make(from, (biped_options){.seed = 5});
+  biped_animate(from, 1.5, 3);
+  biped_make(target, (biped_options){.names = mixamo, .seed = 8});
+}
+
+TEST(signs_of_scales_change_no_place) {
+  static const float none[3] = {1, 1, 1}, signs[][3] = {{-1, 1, 1}, {1, -1, -1}, {-1, -1, -1}, {1, -1, 1}};
+  static const uint32_t tops[] = {0, 2, 7, 20};
+  static biped from, source, target;
+  for (size_t i = 0; i < sizeof signs / sizeof *signs; i++)
+    for (size_t k = 0; k < sizeof tops / sizeof *tops; k++) {
+      make_pair(&from, &source, &target);
+      sign_scale(&source, tops[k], signs[i]);
+      assert_true(worst_below(&from, &source, &target, none) < 1e-5);
+      sign_scale(&target, tops[k], signs[(i + 1) % 4]);
+      assert_true(worst_below(&from, &source, &target, none) < 1e-5);
+    }
+}
+
+TEST(mirrored_figures_move_as_their_mirror_images) {
+  static const float none[3] = {1, 1, 1}, signs[][3] = {{-1, 1, 1}, {-1, -1, -1}, {1, 1, -1}};
+  static biped from, source, target;
+  for (size_t i = 0; i < sizeof signs / sizeof *signs; i++) {
+    make_pair(&from, &source, &target);
+    memcpy(hang(&source)->rest.scale, signs[i], sizeof signs[i]);
+    assert_true(worst_below(&from, &source, &target, none) < 1e-5);
+    memcpy(hang(&target)->rest.scale, signs[i], sizeof signs[i]);
+    assert_true(worst_below(&from, &source, &target, signs[i]) < 1e-5);
+  }
+}
+
+TEST(on_itself_a_clip_stays_below_shear_and_a_scale_of_0) {
+  static const float none[3] = {1, 1, 1}, shear[16] = {1, 0.5f, 0, 0, 0, 1, 0, 0, 0.2f, 0, 1, 0, 0, 3, 0, 1};
+  static biped source, target;
+  for (int i = 0; i < 2; i++) {
+    make_pair(&source, &source, &target);
+    tw_node *top = hang(&source);
+    if (i == 0) {
+      top->has_matrix = true;
+      memcpy(top->matrix, shear, sizeof shear);
+      tw_trs_from_matrix(shear, &top->rest);
+    } else {
+      top->rest.scale[2] = 0;
+    }
+    assert_true(worst_below(&source, &source, &source, none) < 1e-5);
+  }
+}
+
 /* ---- tracks ---------------------------------------------------------------------------------- */
 
 TEST(keys_of_one_joint_are_carried_over_one_by_one) {

@@ -49,7 +49,8 @@ uint32_t tw_bone_find(const char *name, size_t length);
  * next matched one, into the source's, so that the hand points where the source's points; hands and fingers
  * without a next joint go with their limb. The trunk, shoulders, feet and toes keep their own rest pose,
  * unless it is more than 30 degrees off. Where both have humanoid maps nothing is aligned, since VRM requires
- * T-poses. A figure that faces another way, or has another axis up, moves as it faces.
+ * T-poses. A figure that faces another way, or has another axis up, moves as it faces; one whose left side is
+ * its right one because scales mirror it moves as its mirror image.
  * Bones of the source without counterpart that lead from one matched bone to the next are taken into the one
  * above them: it gets their product, turned so that it points to where the next joint is. Bones of the target
  * without counterpart that do so share its motion: in the spine and neck all of it, in equal parts; elsewhere
