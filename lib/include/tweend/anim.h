@@ -284,8 +284,8 @@ tw_status tw_clip_bake_error(const tw_clip *clip, const tw_clip_keys *baked, con
  * on the original path, each as far from the one before as the tolerance allows, but rotations less than 155
  * degrees, so that every player turns the same way. A track that stands still gets one key, or two where it
  * sets the clip's duration. STEP tracks and cubic splines that glTF can hold stay as they are.
- * keys: what the clip was made of; the result may point into it. NULL for a clip that is made of other clips
- * (tw_clip_mix); where its values jump, a ramp of 1e-4 s or less is left, and told as an error. A clip made
+ * keys: what the clip was made of; the result may point into it. NULL where there are none any more, and for a
+ * clip that is made of other clips (tw_clip_mix); where the values of such a one jump, a ramp of 1e-4 s or less is left, and told as an error. A clip made
  * with a forced interpolation is reduced as that interpolation moves it.
  * reached: the largest remaining errors, measured between keys too. Single precision may leave more than a
  * very small tolerance, but no more than 4e-7 of the largest value.
