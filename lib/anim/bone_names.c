@@ -56,7 +56,8 @@ uint32_t tw_bone_find(const char *name, size_t length) {
  * - 3ds Max's Biped ("Bip01 L Thigh", "Finger0"), SMPL ("L_Hip", "L_Collar"), DAZ ("lShldr", "lThighBend"),
  *   Character Creator ("CC_Base_L_Thigh"), Auto-Rig Pro ("thigh_stretch.l", "c_index1.l"), Maya's
  *   AdvancedSkeleton ("Scapula_L", "Root_M"), Perception Neuron ("Robot_LeftUpLeg"), Roblox's R15
- * ("LowerTorso")
+ *   ("LowerTorso"), Biovision's own ("LeftUpArm", "LeftLowArm")
+ * - Xsens MVN: vertebrae, "L5", "L3", "T12", "T8", and "RightUpperArm"
  */
 
 typedef enum kind {
@@ -140,6 +141,7 @@ static const stem_row stems[] = {
     {"femur", KIND_UPPER_LEG},
     {"leg", KIND_LOWER_LEG},
     {"lowerleg", KIND_LOWER_LEG},
+    {"lowleg", KIND_LOWER_LEG},
     {"calf", KIND_LOWER_LEG},
     {"shin", KIND_LOWER_LEG},
     {"knee", KIND_LOWER_LEG},
@@ -166,6 +168,7 @@ static const stem_row stems[] = {
     {"forearmbend", KIND_LOWER_ARM},
     {"farm", KIND_LOWER_ARM},
     {"lowerarm", KIND_LOWER_ARM},
+    {"lowarm", KIND_LOWER_ARM},
     {"radius", KIND_LOWER_ARM},
     {"wrist", KIND_WRIST},
     {"hand", KIND_HAND},
@@ -323,10 +326,31 @@ static kind find_finger(const said *said) {
   return said->number_count > 0 && first >= 0 && first < 5 ? (kind)(KIND_THUMB + first) : KIND_NONE;
 }
 
+/* "L5" is a vertebra, not something on the left. */
+static kind find_vertebra(const words *words) {
+  const char *letter = words->text[0];
+  if (words->count != 2 || letter[1] != '\0' || !is_digit(words->text[1][0])) return KIND_NONE;
+  return letter[0] == 'l' || letter[0] == 't' ? KIND_SPINE : letter[0] == 'c' ? KIND_NECK : KIND_NONE;
+}
+
+/* What a stem says that begins with its side: "lfemur", "leftfemur". */
+static void take_side(const char *stem, said *out) {
+  static const char *const fronts[] = {"left", "right", "l", "r"};
+  for (int i = 0; i < 4 && out->kind == KIND_NONE; i++) {
+    size_t length = strlen(fronts[i]);
+    if (strncmp(stem, fronts[i], length) != 0) continue;
+    out->kind = find_kind(stem + length);
+    out->side = i % 2;
+    if (!is_sided(out->kind) && out->kind != KIND_HIP) out->kind = KIND_NONE;
+  }
+}
+
 static said listen(const char *name) {
   said out = {.side = -1};
   words words;
   if (!name || !cut(own_name(name), &words)) return out;
+  out.kind = find_vertebra(&words);
+  if (out.kind != KIND_NONE) return out;
   char stem[STEM_SIZE] = "";
   bool is_thumb = false;
   for (uint32_t i = 0; i < words.count; i++) {
@@ -342,11 +366,7 @@ static said listen(const char *name) {
     }
   }
   out.kind = find_kind(stem);
-  if (out.kind == KIND_NONE && out.side < 0 && (stem[0] == 'l' || stem[0] == 'r')) { /* "lfemur" */
-    out.kind = find_kind(stem + 1);
-    out.side = stem[0] == 'l' ? 0 : 1;
-    if (!is_sided(out.kind) && out.kind != KIND_HIP) out.kind = KIND_NONE;
-  }
+  if (out.kind == KIND_NONE && out.side < 0) take_side(stem, &out);
   if (out.kind == KIND_FINGER) out.kind = find_finger(&out);
   if (out.kind == KIND_TOES && out.number_count > 1) out.kind = KIND_NONE; /* one of several toes */
   if (out.kind == KIND_HIP) out.kind = out.side < 0 ? KIND_HIPS : KIND_UPPER_LEG;

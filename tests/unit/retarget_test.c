@@ -248,9 +248,23 @@ static const char *const kinect[BIPED_JOINTS] = {
     "AnkleRight", "FootRight",   "LeftCollar",    "ShoulderLeft", "ElbowLeft",  "WristLeft",
     "LeftIndex1", "RightCollar", "ShoulderRight", "ElbowRight",   "WristRight", "RightIndex1"};
 
-static const char *const *const families[] = {
-    NULL,      mixamo, numbered, cmu,     asf,      anatomy,  rigify, unreal, makehuman, unity, vroid,
-    max_biped, smpl,   daz,      creator, auto_rig, advanced, joints, neuron, motive,    kinect};
+static const char *const xsens[BIPED_JOINTS] = {
+    "Pelvis",        "L5",           "T12",           "T8",
+    "Neck",          "Head",         "LeftUpperLeg",  "LeftLowerLeg",
+    "LeftFoot",      "LeftToe",      "RightUpperLeg", "RightLowerLeg",
+    "RightFoot",     "RightToe",     "LeftShoulder",  "LeftUpperArm",
+    "LeftForeArm",   "LeftHand",     "LeftIndex1",    "RightShoulder",
+    "RightUpperArm", "RightForeArm", "RightHand",     "RightIndex1"};
+static const char *const biovision[BIPED_JOINTS] = {
+    "hips",      "chest",       "chest2",     "chest3",      "neck",       "head",
+    "leftupleg", "leftlowleg",  "leftfoot",   "lefttoe",     "rightupleg", "rightlowleg",
+    "rightfoot", "righttoe",    "leftcollar", "leftuparm",   "leftlowarm", "lefthand",
+    "leftindex", "rightcollar", "rightuparm", "rightlowarm", "righthand",  "rightindex"};
+
+static const char *const *const families[] = {NULL,   mixamo, numbered,  cmu,      asf,      anatomy,
+                                              rigify, unreal, makehuman, unity,    vroid,    max_biped,
+                                              smpl,   daz,    creator,   auto_rig, advanced, joints,
+                                              neuron, motive, kinect,    xsens,    biovision};
 enum { FAMILIES = sizeof families / sizeof *families };
 
 TEST(every_family_of_names_matches_every_other_as_a_whole) {
