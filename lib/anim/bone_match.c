@@ -134,8 +134,8 @@ static uint8_t *find_roles(tw_arena *arena, const tw_skeleton *skeleton, const b
                            uint32_t bones[TW_BONES]) {
   if (skeleton->humanoid)
     memcpy(bones, skeleton->humanoid, TW_BONES * sizeof *bones);
-  else
-    tw_bones_guess(skeleton->nodes, skeleton->order, skeleton->node_count, is_bone, bones);
+  else if (!tw_bones_guess(skeleton, is_bone, arena, bones))
+    return NULL;
   uint8_t *roles = tw_arena_alloc_raw(arena, skeleton->node_count, sizeof *roles);
   if (!roles) return NULL;
   memset(roles, TW_BONES, skeleton->node_count);

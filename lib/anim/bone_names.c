@@ -441,21 +441,70 @@ static bool is_rigify_head(const said *said) {
   return said->kind == KIND_SPINE && strcmp(said->digits, "006") == 0;
 }
 
-void tw_bones_guess(const tw_node *nodes, const uint32_t *order, uint32_t node_count, const bool *is_bone,
-                    uint32_t bones[TW_BONES]) {
-  guesses guesses = {0};
-  bool is_rigify = false;
-  for (uint32_t i = 0; i < TW_BONES; i++) bones[i] = TW_NO_INDEX;
-  for (uint32_t i = 0; i < node_count && !is_rigify; i++) {
-    said said = listen(nodes[i].name);
-    is_rigify = is_bone[i] && is_rigify_head(&said);
+/* What a node's name says, in a file of Rigify's or another. */
+static said listen_in(const tw_node *node, bool is_rigify) {
+  said said = listen(node->name);
+  if (is_rigify && said.kind == KIND_SPINE) said.kind = rigify_kind(&said);
+  return said;
+}
+
+/* The nodes of one of several figures in a file: not those below other hips than the chosen ones. */
+typedef struct figures {
+  const tw_skeleton *skeleton;
+  const bool *is_bone;
+  bool is_rigify;
+  kind hips;
+  uint32_t *tops;  /* [nodes] the topmost hips above a node or itself, or TW_NO_INDEX */
+  uint32_t *below; /* [nodes] bones below those */
+} figures;
+
+static void find_tops(const figures *f) {
+  for (uint32_t i = 0; i < f->skeleton->node_count; i++) {
+    uint32_t node = f->skeleton->order[i], parent = f->skeleton->nodes[node].parent;
+    uint32_t *top = &f->tops[node];
+    *top = parent == TW_NO_INDEX ? TW_NO_INDEX : f->tops[parent];
+    if (!f->is_bone[node]) continue;
+    if (*top == TW_NO_INDEX && listen_in(&f->skeleton->nodes[node], f->is_rigify).kind == f->hips)
+      *top = node;
+    if (*top != TW_NO_INDEX) f->below[*top]++;
   }
-  for (uint32_t i = 0; i < node_count; i++) {
-    uint32_t node = order[i];
-    if (!is_bone[node]) continue;
-    said said = listen(nodes[node].name);
-    if (is_rigify && said.kind == KIND_SPINE) said.kind = rigify_kind(&said);
+}
+
+/* The hips with the most bones below them, of as many the first. */
+static uint32_t choose_hips(const figures *f) {
+  uint32_t best = TW_NO_INDEX;
+  for (uint32_t i = 0; i < f->skeleton->node_count; i++) {
+    uint32_t node = f->skeleton->order[i];
+    if (f->tops[node] == node && (best == TW_NO_INDEX || f->below[node] > f->below[best])) best = node;
+  }
+  return best;
+}
+
+bool tw_bones_guess(const tw_skeleton *skeleton, const bool *is_bone, tw_arena *arena,
+                    uint32_t bones[TW_BONES]) {
+  uint32_t count = skeleton->node_count;
+  guesses guesses = {0};
+  figures f = {.skeleton = skeleton,
+               .is_bone = is_bone,
+               .hips = KIND_ROOT,
+               .tops = tw_arena_alloc_raw(arena, count, sizeof *f.tops),
+               .below = tw_arena_alloc(arena, count, sizeof *f.below)};
+  if (!f.tops || !f.below) return false;
+  for (uint32_t i = 0; i < TW_BONES; i++) bones[i] = TW_NO_INDEX;
+  for (uint32_t i = 0; i < count; i++) {
+    said said = listen(skeleton->nodes[i].name);
+    f.is_rigify |= is_bone[i] && is_rigify_head(&said);
+    if (is_bone[i] && said.kind == KIND_HIPS) f.hips = KIND_HIPS;
+  }
+  if (f.is_rigify) f.hips = KIND_HIPS;
+  find_tops(&f);
+  uint32_t hips = choose_hips(&f);
+  for (uint32_t i = 0; i < count; i++) {
+    uint32_t node = skeleton->order[i], top = f.tops[node];
+    if (!is_bone[node] || (top != TW_NO_INDEX && top != hips)) continue;
+    said said = listen_in(&skeleton->nodes[node], f.is_rigify);
     if (said.kind != KIND_NONE) note(&guesses, &said, node);
   }
   settle(&guesses, bones);
+  return true;
 }

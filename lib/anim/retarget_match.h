@@ -4,9 +4,10 @@
 
 #include "tweend/retarget.h"
 
-/* The bones that usual names say, of nodes for which is_bone says true; TW_NO_INDEX where there is none.
- * bones: [TW_BONES]. O(nodes). */
-void tw_bones_guess(const tw_node *nodes, const uint32_t *order, uint32_t node_count, const bool *is_bone,
+/* The bones that usual names say, of nodes for which is_bone says true, and of one figure where there are
+ * several: that with the most bones below its hips. TW_NO_INDEX where there is none. bones: [TW_BONES];
+ * arena: scratch. False without memory. O(nodes). */
+bool tw_bones_guess(const tw_skeleton *skeleton, const bool *is_bone, tw_arena *arena,
                     uint32_t bones[TW_BONES]);
 
 /* Arrays live in the arena that the match was made with. */

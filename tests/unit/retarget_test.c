@@ -292,6 +292,40 @@ TEST(every_family_of_names_matches_every_other_as_a_whole) {
     }
 }
 
+/* Adds another figure of the same build, whose names have another prefix. */
+static void add_figure(biped *b, const biped *other) {
+  uint32_t first = b->count;
+  for (uint32_t i = 0; i < other->count; i++) {
+    tw_node *node = &b->nodes[b->count];
+    snprintf(b->names[b->count], sizeof b->names[0], "other:%s", other->names[i]);
+    *node = other->nodes[i];
+    node->name = b->names[b->count++];
+    if (node->parent != TW_NO_INDEX) node->parent += first;
+  }
+  tw_error error;
+  assert_int_equal(tw_nodes_order(b->nodes, b->count, b->order, &error), TW_OK);
+}
+
+TEST(bones_are_those_of_one_figure) {
+  static biped source, target, other;
+  biped_make(&source, (biped_options){.names = unreal});
+  biped_animate(&source, 1, 3);
+  biped_make(&other, (biped_options){.names = mixamo});
+  for (int is_thin = 0; is_thin < 2; is_thin++) {
+    biped_make(&target, (biped_options){.names = mixamo});
+    if (is_thin) target.count = 1; /* hips without anything below do not count beside others */
+    uint32_t first = is_thin ? 1 : 0;
+    add_figure(&target, &other);
+    tw_arena *arena = tw_arena_create();
+    tw_retarget_job job = job_of(&source, &target);
+    tw_retargeted out = run_good(&job, arena);
+    assert_int_equal(out.bone_count, BIPED_JOINTS);
+    for (uint32_t k = 0; k < out.bone_count; k++)
+      assert_int_equal(out.bones[k].target, out.bones[k].source + first);
+    tw_arena_destroy(arena);
+  }
+}
+
 /* ---- invariants ------------------------------------------------------------------------------ */
 
 TEST(on_itself_a_clip_stays_as_it_is) {
