@@ -248,3 +248,12 @@ tw_status tw_bones_match(const tw_retarget_job *job, tw_arena *arena, tw_bone_ma
   note_roles(&m);
   return check_enough(&m, error);
 }
+
+void tw_bones_list(const tw_retarget_job *job, const tw_bone_match *match, uint32_t out[2][TW_BONES]) {
+  for (uint32_t i = 0; i < TW_BONES; i++) out[0][i] = out[1][i] = TW_NO_INDEX;
+  for (uint32_t node = 0; node < job->target.node_count; node++) {
+    if (match->source_of[node] == TW_NO_INDEX || match->role[node] == TW_BONES) continue;
+    out[0][match->role[node]] = match->source_of[node];
+    out[1][match->role[node]] = node;
+  }
+}

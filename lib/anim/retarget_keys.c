@@ -260,9 +260,15 @@ tw_status tw_retarget_run(const tw_retarget_job *job, tw_arena *arena, tw_retarg
   tw_carrying c = {.job = &straight, .arena = arena, .scratch = tw_arena_create()};
   tw_retargeted made = {0};
   uint8_t *signs;
+  uint32_t bones[2][TW_BONES];
   tw_status status =
       c.scratch ? tw_bones_match(job, c.scratch, &c.match, error) : tw_carrying_no_memory(error);
-  if (status == TW_OK) status = tw_signs_take(job, &c.match, arena, &straight, &signs, error);
+  if (status == TW_OK) {
+    tw_bones_list(job, &c.match, bones);
+    status = tw_signs_take(job, bones, arena, &straight, &signs, error);
+  }
+  if (status == TW_OK)
+    status = tw_stance_take(&c.match, bones[0], c.scratch, &straight, &made.stance_time, error);
   if (status == TW_OK) status = carry(&c, &made, error);
   if (status == TW_OK) status = tw_signs_give_back(&job->target, signs, arena, &made.keys, error);
   tw_clip_destroy(c.clip);

@@ -21,6 +21,9 @@ typedef struct tw_bone_match {
   bool has_map;                          /* both skeletons have humanoid maps */
 } tw_bone_match;
 
+/* The matched bones of VRM's: [TW_BONES] of the source and of the target; or TW_NO_INDEX. */
+void tw_bones_list(const tw_retarget_job *job, const tw_bone_match *match, uint32_t out[2][TW_BONES]);
+
 /* Matches the bones of a job. TW_INVALID, TW_UNSUPPORTED, TW_NO_MEMORY as tw_retarget_run. */
 tw_status tw_bones_match(const tw_retarget_job *job, tw_arena *arena, tw_bone_match *out, tw_error *error);
 

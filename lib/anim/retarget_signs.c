@@ -138,22 +138,10 @@ static bool flip_tracks(tw_clip_keys *keys, const tw_node *nodes, const uint8_t 
   return has_room;
 }
 
-/* The bones of VRM's that are matched. out: [TW_BONES] of the source and of the target. */
-static void list_bones(const tw_retarget_job *job, const tw_bone_match *match, uint32_t out[2][TW_BONES]) {
-  for (uint32_t i = 0; i < TW_BONES; i++) out[0][i] = out[1][i] = TW_NO_INDEX;
-  for (uint32_t node = 0; node < job->target.node_count; node++) {
-    if (match->source_of[node] == TW_NO_INDEX || match->role[node] == TW_BONES) continue;
-    out[0][match->role[node]] = match->source_of[node];
-    out[1][match->role[node]] = node;
-  }
-}
-
-tw_status tw_signs_take(const tw_retarget_job *job, const tw_bone_match *match, tw_arena *arena,
+tw_status tw_signs_take(const tw_retarget_job *job, uint32_t bones[2][TW_BONES], tw_arena *arena,
                         tw_retarget_job *out, uint8_t **signs, tw_error *error) {
-  uint32_t bones[2][TW_BONES];
   *out = *job;
   *signs = NULL;
-  list_bones(job, match, bones);
   if (has_signs(&job->source)) {
     const uint8_t *above = find_signs(&job->source, bones[0], arena);
     tw_clip_keys *keys = tw_arena_alloc_raw(arena, 1, sizeof *keys);
