@@ -74,7 +74,7 @@ tw_status tw_signs_give_back(const tw_skeleton *target, const uint8_t *signs, tw
 
 /* Lets a source that rests folded rest as it stands in the clip; *time is when, else -1. bones: of the
  * source, as of tw_bones_list. What the job takes lives in the arena. */
-tw_status tw_stance_take(const tw_bone_match *match, const uint32_t bones[TW_BONES], tw_arena *arena,
+tw_status tw_stance_take(const tw_bone_match *match, uint32_t bones[2][TW_BONES], tw_arena *arena,
                          tw_retarget_job *job, float *time, tw_error *error);
 
 /* ---- the source's tracks: retarget_tracks.c -------------------------------------------------- */

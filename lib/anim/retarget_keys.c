@@ -268,7 +268,7 @@ tw_status tw_retarget_run(const tw_retarget_job *job, tw_arena *arena, tw_retarg
     status = tw_signs_take(job, bones, arena, &straight, &signs, error);
   }
   if (status == TW_OK)
-    status = tw_stance_take(&c.match, bones[0], c.scratch, &straight, &made.stance_time, error);
+    status = tw_stance_take(&c.match, bones, c.scratch, &straight, &made.stance_time, error);
   if (status == TW_OK) status = carry(&c, &made, error);
   if (status == TW_OK) status = tw_signs_give_back(&job->target, signs, arena, &made.keys, error);
   tw_clip_destroy(c.clip);

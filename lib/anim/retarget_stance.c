@@ -1,7 +1,7 @@
 /* A reference pose for skeletons whose rest pose is no person's: motion capture may rest with all bones along
  * one axis, legs folded up beside the trunk, and only its clips say how the figure stands. Such a skeleton is
  * carried over as if it rested as it stands straightest in the clip, upright and facing forwards in its own
- * world. */
+ * world; unless the target rests folded too, as on itself a clip stays as it is. */
 #include <math.h>
 #include <string.h>
 
@@ -143,23 +143,36 @@ static bool rest_so(tw_skeleton *s, const tw_clip *clip, const tw_trs *locals, u
   return true;
 }
 
-tw_status tw_stance_take(const tw_bone_match *match, const uint32_t bones[TW_BONES], tw_arena *arena,
-                         tw_retarget_job *job, float *time, tw_error *error) {
+/* Whether the skeleton rests with its legs folded up. */
+static tw_status find_folded(const tw_skeleton *s, const figure *f, tw_arena *arena, bool *out,
+                             tw_error *error) {
   static const double FOLDED = 0.5;
+  const stance rest = {.locals = tw_arena_alloc_raw(arena, s->node_count, sizeof *rest.locals),
+                       .world = tw_arena_alloc_raw(arena, s->node_count, 16 * sizeof *rest.world)};
+  if (!rest.locals || !rest.world) return tw_carrying_no_memory(error);
+  take_pose(s, NULL, 0, &rest);
+  *out = fold_of(f, rest.world) >= FOLDED;
+  return TW_OK;
+}
+
+tw_status tw_stance_take(const tw_bone_match *match, uint32_t bones[2][TW_BONES], tw_arena *arena,
+                         tw_retarget_job *job, float *time, tw_error *error) {
   tw_skeleton *s = &job->source;
-  figure f;
+  figure f, other;
+  bool is_folded = false, is_other = false;
   *time = -1;
-  if (match->has_map || !find_figure(bones, &f)) return TW_OK;
+  if (match->has_map || !find_figure(bones[0], &f) || !find_figure(bones[1], &other)) return TW_OK;
+  tw_status status = find_folded(s, &f, arena, &is_folded, error);
+  if (status == TW_OK && is_folded) status = find_folded(&job->target, &other, arena, &is_other, error);
+  if (status != TW_OK || !is_folded || is_other) return status;
   const stance pose = {.locals = tw_arena_alloc_raw(arena, s->node_count, sizeof *pose.locals),
                        .world = tw_arena_alloc_raw(arena, s->node_count, 16 * sizeof *pose.world)};
   if (!pose.locals || !pose.world) return tw_carrying_no_memory(error);
-  take_pose(s, NULL, 0, &pose);
-  if (fold_of(&f, pose.world) < FOLDED) return TW_OK;
   tw_clip *clip;
   float at = 0;
   bool stands = false;
   double turn[4];
-  tw_status status = tw_clip_create(job->keys, s->node_count, -1, &clip, error);
+  status = tw_clip_create(job->keys, s->node_count, -1, &clip, error);
   if (status != TW_OK) return status;
   status = find_stance(s, clip, &f, &pose, &at, &stands, error);
   if (status == TW_OK && stands && find_upright(&f, pose.world, turn)) {

@@ -594,6 +594,7 @@ TEST(a_figure_that_rests_folded_is_carried_over_as_it_stands) {
     double worst = worst_below(&from, &source, &target, none);
     if (worst > 0.02) print_error("%d: %g\n", is_down, worst);
     assert_true(worst < 0.02); /* hips that rest at the origin are as high as the legs are long */
+    assert_true(worst_below(&source, &source, &source, none) < 1e-5);
   }
 }
 
