@@ -297,6 +297,13 @@ static bool note_losses(const tw_model *lender, const tw_retargeted *found, bool
     add_names(&text, lender, found->without_target, found->without_target_count);
     is_noted = note_text(notes, &text);
   }
+  if (found->stance_time >= 0) {
+    tw_text text = {0};
+    tw_text_add(&text, "the clip's model rests folded: its pose at ");
+    tw_text_float(&text, found->stance_time);
+    tw_text_add(&text, " s counts as its rest pose");
+    is_noted = note_text(notes, &text) && is_noted;
+  }
   if (found->lost_count > 0) {
     tw_text text = {0};
     tw_text_count(&text, found->lost_count);

@@ -360,6 +360,11 @@ static api_outcome take_lenders(api_call *call, const api_clip_choices *choices,
   return outcome;
 }
 
+const tw_clip_keys *api_clip_keys(const api_clip *clip, const tw_model *model, uint32_t index) {
+  if (clip && clip->is_made) return NULL;
+  return clip && clip->carried ? clip->carried : &model->clips[index];
+}
+
 uint32_t api_clip_keys_max(const api_call *call) {
   uint64_t most = call->service->limits.max_times;
   return most < UINT32_MAX ? (uint32_t)most : UINT32_MAX;

@@ -56,6 +56,11 @@ typedef struct api_clip {
 api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
                           const api_clip_choices *choices, int force, api_entry **out);
 
+/* The keys of a single clip: those that it was compiled from, which are the model's own where none were
+ * carried. NULL where it is made of other clips. clip: NULL where it was not compiled; index: of the model's
+ * own. */
+const tw_clip_keys *api_clip_keys(const api_clip *clip, const tw_model *model, uint32_t index);
+
 /* The most keys of a track that is made: --max-times. */
 uint32_t api_clip_keys_max(const api_call *call);
 

@@ -337,8 +337,8 @@ static api_outcome take_clip(api_call *call, const api_clip_choices *choices, tr
   if (outcome != API_DONE) return outcome;
   const api_clip *clip = api_entry_value(*entry);
   api_call_warn(call, clip->warnings, clip->warning_count);
-  source->clip = clip->carried;
   source->made = clip->is_made ? clip->compiled : NULL;
+  source->clip = api_clip_keys(clip, model, choice.index);
   source->max_keys = api_clip_keys_max(call);
   source->name = clip->name;
   source->retarget = clip->retarget;

@@ -171,13 +171,12 @@ static bool gather_clips(api_call *call, const tw_model *model, const api_surfac
   if (!*out || !*mixed) return false;
   for (uint32_t i = 0; i < count; i++) {
     const api_clip *clip = scene->compiled[i] ? api_entry_value(scene->compiled[i]) : NULL;
-    if (!clip)
-      (*out)[i] = model->clips[api_clips_get(&scene->query->choices, i).index];
-    else if (clip->carried)
-      (*out)[i] = *clip->carried;
+    const tw_clip_keys *keys = api_clip_keys(clip, model, api_clips_get(&scene->query->choices, i).index);
+    if (keys)
+      (*out)[i] = *keys;
     else
       (*out)[i].name = clip->name;
-    (*mixed)[i] = clip && clip->is_made ? clip->compiled : NULL;
+    (*mixed)[i] = keys ? NULL : clip->compiled;
   }
   return true;
 }

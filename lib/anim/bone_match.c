@@ -134,8 +134,8 @@ static uint8_t *find_roles(tw_arena *arena, const tw_skeleton *skeleton, const b
                            uint32_t bones[TW_BONES]) {
   if (skeleton->humanoid)
     memcpy(bones, skeleton->humanoid, TW_BONES * sizeof *bones);
-  else
-    tw_bones_guess(skeleton->nodes, skeleton->order, skeleton->node_count, is_bone, bones);
+  else if (!tw_bones_guess(skeleton, is_bone, arena, bones))
+    return NULL;
   uint8_t *roles = tw_arena_alloc_raw(arena, skeleton->node_count, sizeof *roles);
   if (!roles) return NULL;
   memset(roles, TW_BONES, skeleton->node_count);
@@ -247,4 +247,13 @@ tw_status tw_bones_match(const tw_retarget_job *job, tw_arena *arena, tw_bone_ma
   match_roles(&m, TW_MATCH_USUAL);
   note_roles(&m);
   return check_enough(&m, error);
+}
+
+void tw_bones_list(const tw_retarget_job *job, const tw_bone_match *match, uint32_t out[2][TW_BONES]) {
+  for (uint32_t i = 0; i < TW_BONES; i++) out[0][i] = out[1][i] = TW_NO_INDEX;
+  for (uint32_t node = 0; node < job->target.node_count; node++) {
+    if (match->source_of[node] == TW_NO_INDEX || match->role[node] == TW_BONES) continue;
+    out[0][match->role[node]] = match->source_of[node];
+    out[1][match->role[node]] = node;
+  }
 }

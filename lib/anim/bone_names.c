@@ -56,7 +56,8 @@ uint32_t tw_bone_find(const char *name, size_t length) {
  * - 3ds Max's Biped ("Bip01 L Thigh", "Finger0"), SMPL ("L_Hip", "L_Collar"), DAZ ("lShldr", "lThighBend"),
  *   Character Creator ("CC_Base_L_Thigh"), Auto-Rig Pro ("thigh_stretch.l", "c_index1.l"), Maya's
  *   AdvancedSkeleton ("Scapula_L", "Root_M"), Perception Neuron ("Robot_LeftUpLeg"), Roblox's R15
- * ("LowerTorso")
+ *   ("LowerTorso"), Biovision's own ("LeftUpArm", "LeftLowArm")
+ * - Xsens MVN: vertebrae, "L5", "L3", "T12", "T8", and "RightUpperArm"
  */
 
 typedef enum kind {
@@ -140,6 +141,7 @@ static const stem_row stems[] = {
     {"femur", KIND_UPPER_LEG},
     {"leg", KIND_LOWER_LEG},
     {"lowerleg", KIND_LOWER_LEG},
+    {"lowleg", KIND_LOWER_LEG},
     {"calf", KIND_LOWER_LEG},
     {"shin", KIND_LOWER_LEG},
     {"knee", KIND_LOWER_LEG},
@@ -166,6 +168,7 @@ static const stem_row stems[] = {
     {"forearmbend", KIND_LOWER_ARM},
     {"farm", KIND_LOWER_ARM},
     {"lowerarm", KIND_LOWER_ARM},
+    {"lowarm", KIND_LOWER_ARM},
     {"radius", KIND_LOWER_ARM},
     {"wrist", KIND_WRIST},
     {"hand", KIND_HAND},
@@ -323,10 +326,31 @@ static kind find_finger(const said *said) {
   return said->number_count > 0 && first >= 0 && first < 5 ? (kind)(KIND_THUMB + first) : KIND_NONE;
 }
 
+/* "L5" is a vertebra, not something on the left. */
+static kind find_vertebra(const words *words) {
+  const char *letter = words->text[0];
+  if (words->count != 2 || letter[1] != '\0' || !is_digit(words->text[1][0])) return KIND_NONE;
+  return letter[0] == 'l' || letter[0] == 't' ? KIND_SPINE : letter[0] == 'c' ? KIND_NECK : KIND_NONE;
+}
+
+/* What a stem says that begins with its side: "lfemur", "leftfemur". */
+static void take_side(const char *stem, said *out) {
+  static const char *const fronts[] = {"left", "right", "l", "r"};
+  for (int i = 0; i < 4 && out->kind == KIND_NONE; i++) {
+    size_t length = strlen(fronts[i]);
+    if (strncmp(stem, fronts[i], length) != 0) continue;
+    out->kind = find_kind(stem + length);
+    out->side = i % 2;
+    if (!is_sided(out->kind) && out->kind != KIND_HIP) out->kind = KIND_NONE;
+  }
+}
+
 static said listen(const char *name) {
   said out = {.side = -1};
   words words;
   if (!name || !cut(own_name(name), &words)) return out;
+  out.kind = find_vertebra(&words);
+  if (out.kind != KIND_NONE) return out;
   char stem[STEM_SIZE] = "";
   bool is_thumb = false;
   for (uint32_t i = 0; i < words.count; i++) {
@@ -342,11 +366,7 @@ static said listen(const char *name) {
     }
   }
   out.kind = find_kind(stem);
-  if (out.kind == KIND_NONE && out.side < 0 && (stem[0] == 'l' || stem[0] == 'r')) { /* "lfemur" */
-    out.kind = find_kind(stem + 1);
-    out.side = stem[0] == 'l' ? 0 : 1;
-    if (!is_sided(out.kind) && out.kind != KIND_HIP) out.kind = KIND_NONE;
-  }
+  if (out.kind == KIND_NONE && out.side < 0) take_side(stem, &out);
   if (out.kind == KIND_FINGER) out.kind = find_finger(&out);
   if (out.kind == KIND_TOES && out.number_count > 1) out.kind = KIND_NONE; /* one of several toes */
   if (out.kind == KIND_HIP) out.kind = out.side < 0 ? KIND_HIPS : KIND_UPPER_LEG;
@@ -421,21 +441,70 @@ static bool is_rigify_head(const said *said) {
   return said->kind == KIND_SPINE && strcmp(said->digits, "006") == 0;
 }
 
-void tw_bones_guess(const tw_node *nodes, const uint32_t *order, uint32_t node_count, const bool *is_bone,
-                    uint32_t bones[TW_BONES]) {
-  guesses guesses = {0};
-  bool is_rigify = false;
-  for (uint32_t i = 0; i < TW_BONES; i++) bones[i] = TW_NO_INDEX;
-  for (uint32_t i = 0; i < node_count && !is_rigify; i++) {
-    said said = listen(nodes[i].name);
-    is_rigify = is_bone[i] && is_rigify_head(&said);
+/* What a node's name says, in a file of Rigify's or another. */
+static said listen_in(const tw_node *node, bool is_rigify) {
+  said said = listen(node->name);
+  if (is_rigify && said.kind == KIND_SPINE) said.kind = rigify_kind(&said);
+  return said;
+}
+
+/* The nodes of one of several figures in a file: not those below other hips than the chosen ones. */
+typedef struct figures {
+  const tw_skeleton *skeleton;
+  const bool *is_bone;
+  bool is_rigify;
+  kind hips;
+  uint32_t *tops;  /* [nodes] the topmost hips above a node or itself, or TW_NO_INDEX */
+  uint32_t *below; /* [nodes] bones below those */
+} figures;
+
+static void find_tops(const figures *f) {
+  for (uint32_t i = 0; i < f->skeleton->node_count; i++) {
+    uint32_t node = f->skeleton->order[i], parent = f->skeleton->nodes[node].parent;
+    uint32_t *top = &f->tops[node];
+    *top = parent == TW_NO_INDEX ? TW_NO_INDEX : f->tops[parent];
+    if (!f->is_bone[node]) continue;
+    if (*top == TW_NO_INDEX && listen_in(&f->skeleton->nodes[node], f->is_rigify).kind == f->hips)
+      *top = node;
+    if (*top != TW_NO_INDEX) f->below[*top]++;
   }
-  for (uint32_t i = 0; i < node_count; i++) {
-    uint32_t node = order[i];
-    if (!is_bone[node]) continue;
-    said said = listen(nodes[node].name);
-    if (is_rigify && said.kind == KIND_SPINE) said.kind = rigify_kind(&said);
+}
+
+/* The hips with the most bones below them, of as many the first. */
+static uint32_t choose_hips(const figures *f) {
+  uint32_t best = TW_NO_INDEX;
+  for (uint32_t i = 0; i < f->skeleton->node_count; i++) {
+    uint32_t node = f->skeleton->order[i];
+    if (f->tops[node] == node && (best == TW_NO_INDEX || f->below[node] > f->below[best])) best = node;
+  }
+  return best;
+}
+
+bool tw_bones_guess(const tw_skeleton *skeleton, const bool *is_bone, tw_arena *arena,
+                    uint32_t bones[TW_BONES]) {
+  uint32_t count = skeleton->node_count;
+  guesses guesses = {0};
+  figures f = {.skeleton = skeleton,
+               .is_bone = is_bone,
+               .hips = KIND_ROOT,
+               .tops = tw_arena_alloc_raw(arena, count, sizeof *f.tops),
+               .below = tw_arena_alloc(arena, count, sizeof *f.below)};
+  if (!f.tops || !f.below) return false;
+  for (uint32_t i = 0; i < TW_BONES; i++) bones[i] = TW_NO_INDEX;
+  for (uint32_t i = 0; i < count; i++) {
+    said said = listen(skeleton->nodes[i].name);
+    f.is_rigify |= is_bone[i] && is_rigify_head(&said);
+    if (is_bone[i] && said.kind == KIND_HIPS) f.hips = KIND_HIPS;
+  }
+  if (f.is_rigify) f.hips = KIND_HIPS;
+  find_tops(&f);
+  uint32_t hips = choose_hips(&f);
+  for (uint32_t i = 0; i < count; i++) {
+    uint32_t node = skeleton->order[i], top = f.tops[node];
+    if (!is_bone[node] || (top != TW_NO_INDEX && top != hips)) continue;
+    said said = listen_in(&skeleton->nodes[node], f.is_rigify);
     if (said.kind != KIND_NONE) note(&guesses, &said, node);
   }
   settle(&guesses, bones);
+  return true;
 }

@@ -84,16 +84,28 @@ static void gaze_at(const acting *a, float time, double *yaw, double *pitch) {
   *yaw = angles[1] * TW_DEGREES;
 }
 
-static double map_range(tw_gaze_range range, double degrees) {
-  return fmin(fabs(degrees) / (double)range.most, 1) * (double)range.scale;
+static double curve_at(const tw_gaze_range *range, double at) {
+  const tw_curve_key *keys = range->keys, *last = &keys[range->key_count - 1];
+  if (at <= (double)keys->at) return (double)keys->value;
+  if (at >= (double)last->at) return (double)last->value;
+  while ((double)keys[1].at <= at) keys++;
+  double span = (double)keys[1].at - (double)keys->at, u = (at - (double)keys->at) / span, v = 1 - u;
+  double from = (double)keys->value, to = (double)keys[1].value;
+  return v * v * ((1 + 2 * u) * from + u * span * (double)keys->out_slope) +
+         u * u * ((1 + 2 * v) * to - v * span * (double)keys[1].in_slope);
+}
+
+static double map_range(const tw_gaze_range *range, double degrees) {
+  double part = fmin(fabs(degrees) / (double)range->most, 1);
+  return (range->keys ? curve_at(range, part) : part) * (double)range->scale;
 }
 
 static double look_at(const tw_face *face, int look, double yaw, double pitch) {
   switch (look) {
-  case 0: return pitch < 0 ? map_range(face->up, pitch) : 0;
-  case 1: return pitch > 0 ? map_range(face->down, pitch) : 0;
-  case 2: return yaw > 0 ? map_range(face->outer, yaw) : 0;
-  default: return yaw < 0 ? map_range(face->outer, yaw) : 0;
+  case 0: return pitch < 0 ? map_range(&face->up, pitch) : 0;
+  case 1: return pitch > 0 ? map_range(&face->down, pitch) : 0;
+  case 2: return yaw > 0 ? map_range(&face->outer, yaw) : 0;
+  default: return yaw < 0 ? map_range(&face->outer, yaw) : 0;
   }
 }
 
@@ -395,9 +407,10 @@ static void eye_at(const void *context, float time, double *out) {
   const tw_face *face = eye->acting->job->target;
   double yaw, pitch, turn[4];
   gaze_at(eye->acting, time, &yaw, &pitch);
-  double sideways = map_range((yaw > 0) == eye->is_left ? face->outer : face->inner, yaw),
-         upright = map_range(pitch > 0 ? face->down : face->up, pitch);
-  const double angles[3] = {copysign(upright, pitch) / TW_DEGREES, copysign(sideways, yaw) / TW_DEGREES, 0};
+  double sideways = map_range((yaw > 0) == eye->is_left ? &face->outer : &face->inner, yaw),
+         upright = map_range(pitch > 0 ? &face->down : &face->up, pitch);
+  const double angles[3] = {copysign(1, pitch) * upright / TW_DEGREES,
+                            copysign(1, yaw) * sideways / TW_DEGREES, 0};
   tw_quat_euler(angles, TW_YXZ, turn);
   quat_multiply(eye->before, turn, out);
   quat_multiply(out, eye->after, out);

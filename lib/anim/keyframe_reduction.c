@@ -661,9 +661,9 @@ static tw_status convert(const tw_clip *clip, const tw_clip_keys *keys, tw_toler
     bool is_made = track->kind == TRACK_MADE;
     if (is_made && track->holds)
       status = find_steps(clip, i, max_keys, &places, arena, &tracks[i], error);
-    else if (is_spline && tw_keys_fit_gltf(&keys->tracks[i]))
+    else if (keys && is_spline && tw_keys_fit_gltf(&keys->tracks[i]))
       tracks[i] = keys->tracks[i];
-    else if (keeps_eulers && !is_made && says_angles(track, &keys->tracks[i]))
+    else if (keys && keeps_eulers && says_angles(track, &keys->tracks[i]))
       status = keep_eulers(&keys->tracks[i], tolerance, max_keys, &places, &times, arena, &tracks[i],
                            &most.angle, error);
     else if (track->holds)

@@ -59,6 +59,24 @@ typedef struct tw_carrying {
 
 tw_status tw_carrying_no_memory(tw_error *error);
 
+/* ---- scales with signs: retarget_signs.c ----------------------------------------------------- */
+
+/* The job with skeletons and keys whose scales have no signs. It lives in the arena. *signs: of the target's
+ * nodes, for tw_signs_give_back; NULL where the target has none. bones: as of tw_bones_list. */
+tw_status tw_signs_take(const tw_retarget_job *job, uint32_t bones[2][TW_BONES], tw_arena *arena,
+                        tw_retarget_job *out, uint8_t **signs, tw_error *error);
+
+/* Turns keys into those of the target as it was. */
+tw_status tw_signs_give_back(const tw_skeleton *target, const uint8_t *signs, tw_arena *arena,
+                             tw_clip_keys *keys, tw_error *error);
+
+/* ---- rest poses that are no stance: retarget_stance.c ---------------------------------------- */
+
+/* Lets a source that rests folded rest as it stands in the clip; *time is when, else -1. bones: of the
+ * source, as of tw_bones_list. What the job takes lives in the arena. */
+tw_status tw_stance_take(const tw_bone_match *match, uint32_t bones[2][TW_BONES], tw_arena *arena,
+                         tw_retarget_job *job, float *time, tw_error *error);
+
 /* ---- the source's tracks: retarget_tracks.c -------------------------------------------------- */
 
 /* Takes the source's tracks, rotations as quaternions, and compiles them. What the map leaves out rests. */

@@ -196,9 +196,8 @@ static bool place_role(const fitting *f, uint32_t role, const double **source, c
   return true;
 }
 
-/* The axes of a figure as columns: to its left, up, and forwards. False where it has none. */
-static bool find_axes(const double *left, const double *right, const double *low, const double *high,
-                      double axes[3][3]) {
+bool tw_find_axes(const double *left, const double *right, const double *low, const double *high,
+                  double axes[3][3]) {
   for (int i = 0; i < 3; i++) {
     axes[0][i] = left[i] - right[i];
     axes[1][i] = high[i] - low[i];
@@ -245,8 +244,8 @@ static void find_turn(fitting *f, double up[3]) {
   for (size_t i = 0; !has_top && i < sizeof tops / sizeof *tops; i++)
     has_top = place_role(f, tops[i], &high[0], &high[1]);
   if (!has_sides || !has_top || !place_role(f, TW_BONE_HIPS, &low[0], &low[1])) return;
-  if (!find_axes(left[0], right[0], low[0], high[0], source) ||
-      !find_axes(left[1], right[1], low[1], high[1], target))
+  if (!tw_find_axes(left[0], right[0], low[0], high[0], source) ||
+      !tw_find_axes(left[1], right[1], low[1], high[1], target))
     return;
   turn_between(source, target, f->fit->turned);
   memcpy(up, source[1], 3 * sizeof *up);

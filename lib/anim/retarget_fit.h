@@ -45,4 +45,8 @@ typedef struct tw_fit {
 tw_status tw_retarget_fit(const tw_retarget_job *job, const tw_bone_match *match, tw_arena *arena,
                           tw_fit *out, tw_error *error);
 
+/* The axes of a figure as columns: to its left, up, and forwards. False where it has none. */
+bool tw_find_axes(const double *left, const double *right, const double *low, const double *high,
+                  double axes[3][3]);
+
 #endif

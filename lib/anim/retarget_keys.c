@@ -237,8 +237,7 @@ static tw_status tell_unmatched(const tw_carrying *c, tw_retargeted *out, tw_err
 /* ---- the job --------------------------------------------------------------------------------- */
 
 static tw_status carry(tw_carrying *c, tw_retargeted *out, tw_error *error) {
-  tw_status status = tw_bones_match(c->job, c->scratch, &c->match, error);
-  if (status == TW_OK) status = tw_retarget_fit(c->job, &c->match, c->scratch, &c->fit, error);
+  tw_status status = tw_retarget_fit(c->job, &c->match, c->scratch, &c->fit, error);
   if (status == TW_OK) status = tw_tracks_take(c, error);
   if (status == TW_OK) status = tw_turns_make(c, error);
   if (status != TW_OK) return status;
@@ -257,9 +256,21 @@ static tw_status carry(tw_carrying *c, tw_retargeted *out, tw_error *error) {
 }
 
 tw_status tw_retarget_run(const tw_retarget_job *job, tw_arena *arena, tw_retargeted *out, tw_error *error) {
-  tw_carrying c = {.job = job, .arena = arena, .scratch = tw_arena_create()};
+  tw_retarget_job straight;
+  tw_carrying c = {.job = &straight, .arena = arena, .scratch = tw_arena_create()};
   tw_retargeted made = {0};
-  tw_status status = c.scratch ? carry(&c, &made, error) : tw_carrying_no_memory(error);
+  uint8_t *signs;
+  uint32_t bones[2][TW_BONES];
+  tw_status status =
+      c.scratch ? tw_bones_match(job, c.scratch, &c.match, error) : tw_carrying_no_memory(error);
+  if (status == TW_OK) {
+    tw_bones_list(job, &c.match, bones);
+    status = tw_signs_take(job, bones, arena, &straight, &signs, error);
+  }
+  if (status == TW_OK)
+    status = tw_stance_take(&c.match, bones, c.scratch, &straight, &made.stance_time, error);
+  if (status == TW_OK) status = carry(&c, &made, error);
+  if (status == TW_OK) status = tw_signs_give_back(&job->target, signs, arena, &made.keys, error);
   tw_clip_destroy(c.clip);
   tw_arena_destroy(c.scratch);
   if (status == TW_OK) *out = made;

@@ -4,9 +4,10 @@
 
 #include "tweend/retarget.h"
 
-/* The bones that usual names say, of nodes for which is_bone says true; TW_NO_INDEX where there is none.
- * bones: [TW_BONES]. O(nodes). */
-void tw_bones_guess(const tw_node *nodes, const uint32_t *order, uint32_t node_count, const bool *is_bone,
+/* The bones that usual names say, of nodes for which is_bone says true, and of one figure where there are
+ * several: that with the most bones below its hips. TW_NO_INDEX where there is none. bones: [TW_BONES];
+ * arena: scratch. False without memory. O(nodes). */
+bool tw_bones_guess(const tw_skeleton *skeleton, const bool *is_bone, tw_arena *arena,
                     uint32_t bones[TW_BONES]);
 
 /* Arrays live in the arena that the match was made with. */
@@ -19,6 +20,9 @@ typedef struct tw_bone_match {
   bool *is_left;                         /* [nodes of the source] by the map, without a target */
   bool has_map;                          /* both skeletons have humanoid maps */
 } tw_bone_match;
+
+/* The matched bones of VRM's: [TW_BONES] of the source and of the target; or TW_NO_INDEX. */
+void tw_bones_list(const tw_retarget_job *job, const tw_bone_match *match, uint32_t out[2][TW_BONES]);
 
 /* Matches the bones of a job. TW_INVALID, TW_UNSUPPORTED, TW_NO_MEMORY as tw_retarget_run. */
 tw_status tw_bones_match(const tw_retarget_job *job, tw_arena *arena, tw_bone_match *out, tw_error *error);

@@ -44,6 +44,7 @@ typedef struct place {
   uint32_t depth;
   const uint32_t *way;           /* [depth] the target's nodes above, from the root down */
   const struct place **carriers; /* [depth] places of those that are carried too; or NULL */
+  const bool *has_matrix;        /* [depth] those that stay at rest by their own matrix, which may shear */
   float (*room)[4];
 } place;
 
@@ -74,14 +75,32 @@ static void descend(world *at, const double rotation[4], const double translatio
   }
 }
 
-/* From the world into a node's frame. What a scale of 0 has flattened becomes the origin. */
+static void descend_by_matrix(world *at, const float m[16]) {
+  const world above = *at;
+  for (int column = 0; column < 4; column++) {
+    double *out = column < 3 ? at->axes[column] : at->origin;
+    for (int k = 0; k < 3; k++) {
+      out[k] = column < 3 ? 0 : above.origin[k];
+      for (int i = 0; i < 3; i++) out[k] += above.axes[i][k] * (double)m[4 * column + i];
+    }
+  }
+}
+
+/* From the world into a node's frame. Along an axis that a scale of 0 has flattened it is the origin. */
 static void into(const world *at, double point[3]) {
   double way[3], determinant = tw_determinant3(at->axes[0], at->axes[1], at->axes[2]);
   for (int i = 0; i < 3; i++) way[i] = point[i] - at->origin[i];
+  if (determinant == 0) {
+    for (int i = 0; i < 3; i++) {
+      double square = tw_dot3(at->axes[i], at->axes[i]);
+      point[i] = square > 0 ? tw_dot3(way, at->axes[i]) / square : 0;
+    }
+    return;
+  }
   point[0] = tw_determinant3(way, at->axes[1], at->axes[2]);
   point[1] = tw_determinant3(at->axes[0], way, at->axes[2]);
   point[2] = tw_determinant3(at->axes[0], at->axes[1], way);
-  for (int i = 0; i < 3; i++) point[i] = determinant != 0 ? point[i] / determinant : 0;
+  for (int i = 0; i < 3; i++) point[i] /= determinant;
 }
 
 /* From the target's world into the frame of the bone's parent, as the nodes above are at this time. */
@@ -89,6 +108,10 @@ static void localize(const tw_carrying *c, const place *place, float time, doubl
   world at = {.axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   for (uint32_t i = 0; i < place->depth; i++) {
     uint32_t node = place->way[i];
+    if (place->has_matrix[i]) {
+      descend_by_matrix(&at, c->job->target.nodes[node].matrix);
+      continue;
+    }
     const tw_trs *rest = &c->job->target.nodes[node].rest;
     double rotation[4], translation[3];
     tw_rest_turn(&c->job->target, node, rotation);
@@ -190,6 +213,13 @@ static bool is_fixed_above(const tw_carrying *c, const place *place) {
   return true;
 }
 
+/* Whether the result so far has a track of a node. */
+static bool is_carried(const tw_carrying *c, uint32_t node) {
+  uint32_t i = 0;
+  while (i < c->out_count && c->out[i].node != node) i++;
+  return i < c->out_count;
+}
+
 static tw_status make_place(tw_carrying *c, uint32_t bone, place **places, uint64_t *depths, place **out,
                             tw_error *error) {
   enum { DEPTHS_MOST = 1 << 12 }; /* a sample looks at all nodes above */
@@ -202,16 +232,19 @@ static tw_status make_place(tw_carrying *c, uint32_t bone, place **places, uint6
   place *made = *out = tw_arena_alloc(c->scratch, 1, sizeof *made);
   uint32_t *way = tw_arena_alloc_raw(c->scratch, depth, sizeof *way);
   const place **carriers = tw_arena_alloc(c->scratch, depth, sizeof(const place *));
-  if (!made || !way || !carriers) return tw_carrying_no_memory(error);
+  bool *has_matrix = tw_arena_alloc(c->scratch, depth, sizeof *has_matrix);
+  if (!made || !way || !carriers || !has_matrix) return tw_carrying_no_memory(error);
   for (uint32_t node = nodes[target].parent, i = depth; node != TW_NO_INDEX; node = nodes[node].parent) {
     way[--i] = node;
     if (fit->bone_of[node] != TW_NO_INDEX) carriers[i] = places[fit->bone_of[node]];
+    has_matrix[i] = nodes[node].has_matrix && !is_carried(c, node);
     if (c->turns[node] && c->turns[node]->path.count > steps) steps = c->turns[node]->path.count;
   }
   *made = (place){.bone = bone,
                   .depth = depth,
                   .way = way,
                   .carriers = carriers,
+                  .has_matrix = has_matrix,
                   .room = tw_arena_alloc_raw(c->scratch, steps, sizeof *made->room)};
   if (!made->room) return tw_carrying_no_memory(error);
   if (bone == fit->hips) {

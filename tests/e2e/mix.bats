@@ -233,6 +233,12 @@ channels() {
   [[ $(yaw hips 'clip=deep&at=1,2' "$id") == '[20,40]' ]]
   [[ $(yaw hips "clip=$lender/half&retarget=auto&at=1,2" "$id") == '[20,40]' ]]
   curl --silent --fail "$url/v1/models/$id/tracks?clip=$lender/half&retarget=auto" | gojq -e '.retarget.bones | length == 3'
+  for wide in '' '&tolerance=1'; do
+    curl --silent --fail "$url/v1/models/$id/surface.gltf?level=0&clip=$lender/half&retarget=auto$wide" >"$BATS_TEST_TMPDIR/half.gltf"
+    gojq -e '[.animations[0].channels[].target] == [{"node": 0, "path": "rotation"}]' "$BATS_TEST_TMPDIR/half.gltf"
+    lent=$(curl --silent --fail --data-binary "@$BATS_TEST_TMPDIR/half.gltf" -H 'Content-Type: model/gltf+json' "$url/v1/models" | gojq -r .id)
+    [[ $(yaw hips 'at=1,2' "$lent") == '[20,40]' ]]
+  done
   [[ $(refused "{\"name\":\"w\",\"tracks\":[$(turn hips 1)]},{\"name\":\"m\",\"layers\":[{\"clip\":\"w\",\"retarget\":\"auto\"}]}") == \
     '400 /clips/1/layers/0/retarget '* ]]
   other=$(printf '{"nodes":[{"name":"stone"}],"clips":[{"name":"c","layers":[{"clip":"%s/turn","retarget":"auto"}]}]}' "$lender" |

@@ -94,6 +94,14 @@ moved() { holds "${1-.poses[0].root} | (.translation | map(. * 1000 | round)) ==
   moved
 }
 
+@test "a clip that neither moves nor turns a node stays as it is" {
+  model "$hips" "$walk"',{"name":"grow","tracks":[{"node":"head","path":"scale","times":[0,1],"values":[[1,1,1],[2,2,2]]}]}'
+  get "$model/surface.gltf?level=0&root_motion=auto"
+  holds '[.animations[].name] == ["walk", "grow"] and .animations[1].channels[0].target == {"node": 1, "path": "scale"}'
+  get "$model/tracks?clip=grow&root_motion=auto"
+  holds '.other_tracks == [{"node": "head", "path": "scale", "interpolation": "linear", "keys": 2, "times": [0, 1]}] and (has("root_motion") | not)'
+}
+
 @test "what cannot be is refused with the reason" {
   model "$hips" "$walk"
   for query in root_axes=x 'root_motion=auto&root_axes=x,x' 'root_motion=auto&root_axes=pitch' 'root_motion=auto&root_axes=' in_place=maybe; do

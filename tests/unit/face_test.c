@@ -60,7 +60,8 @@ TEST(a_face_of_vrm_0_is_read_by_the_names_of_1) {
       "'VRM':{'blendShapeMaster':{'blendShapeGroups':[{'name':'Joy','presetName':'joy','binds':[{'mesh':0,"
       "'index':1,'weight':40}]},{'name':'Grin','presetName':'unknown','isBinary':true,'materialValues':[5]},"
       "{'presetName':'joy','name':'again'}]},'firstPerson':{'lookAtTypeName':'Bone','lookAtVerticalUp':"
-      "{'curve':[0,0,0,0,1,1,0,0],'xRange':45,'yRange':8}}}");
+      "{'curve':[0,0,0,0,1,1,0,0],'xRange':45,'yRange':8},'lookAtVerticalDown':{'curve':[0,0,0,1,1,1,1,0]}}"
+      "}");
   assert_int_equal(model->face->expression_count, 2);
   const tw_expression *happy = expression_of(model, "happy");
   assert_int_equal(happy->bind_count, 2);
@@ -74,7 +75,9 @@ TEST(a_face_of_vrm_0_is_read_by_the_names_of_1) {
   assert_true(model->face->faces_back);
   assert_float_equal(model->face->up.most, 45, 0);
   assert_float_equal(model->face->inner.scale, 10, 0);
-  assert_true(warns_of(model, "taken as a straight line"));
+  assert_int_equal(model->face->up.key_count, 2);
+  assert_float_equal(model->face->up.keys[1].value, 1, 0);
+  assert_null(model->face->down.keys);
   assert_true(warns_of(model, "it has the name of one before"));
   tw_model_destroy(model);
 }
@@ -112,6 +115,10 @@ TEST(what_does_not_fit_a_face_is_passed_over_and_told) {
       "'VRM':{'blendShapeMaster':{'blendShapeGroups':[5]}}",
       "'VRM':{'blendShapeMaster':{'blendShapeGroups':[{'presetName':'unknown'}]}}",
       "'VRM':{'blendShapeMaster':{'blendShapeGroups':[{'presetName':'joy','binds':[{'mesh':1,'index':0}]}]}}",
+      "'VRM':{'firstPerson':{'lookAtVerticalUp':{'curve':[0,0,0,1,1,1,1]}}}",
+      "'VRM':{'firstPerson':{'lookAtVerticalUp':{'curve':[0,0,0,1,0,1,1,0]}}}",
+      "'VRM':{'firstPerson':{'lookAtVerticalUp':{'curve':[0,0,0,1,1,'1',1,0]}}}",
+      "'VRM':{'firstPerson':{'lookAtVerticalUp':{'curve':[]}}}",
       "'VRMC_vrm_animation':{'expressions':{'preset':{'blink':{'node':3}}}}",
       "'VRMC_vrm_animation':{'expressions':{'preset':{'lookUp':{'node':1}}}}",
       "'VRMC_vrm_animation':{'expressions':{'custom':{'':{'node':1}}}}",
@@ -175,6 +182,7 @@ typedef struct scene {
   uint32_t order[NODES];
   tw_expression expressions[2];
   tw_face face;
+  uint32_t gaze; /* the node of the source */
   tw_face_carried out;
 } scene;
 
@@ -190,6 +198,7 @@ static int setup(void **state) {
   s->expressions[0] = (tw_expression){.name = "happy", .bind_count = 1, .binds = &first_bind};
   s->expressions[1] = (tw_expression){.name = "blink", .bind_count = 1, .binds = &second_bind};
   s->face = (tw_face){.expression_count = 2, .expressions = s->expressions};
+  s->gaze = TW_NO_INDEX;
   *state = s;
   return 0;
 }
@@ -214,7 +223,7 @@ static tw_track_keys moving(uint32_t node, tw_interpolation interpolation, uint3
 
 static tw_status carry(scene *s, const tw_track_keys *tracks, uint32_t count, uint32_t max_keys) {
   static const tw_expression_node nodes[] = {{"happy", 0}, {"blink", 1}, {"wink", 2}};
-  static const tw_face_nodes source = {3, nodes, TW_NO_INDEX};
+  const tw_face_nodes source = {3, nodes, s->gaze};
   static const uint32_t counts[NODES] = {TARGETS};
   static const float rest[TARGETS] = {0.75F, 0.5F};
   static const float *const rests[NODES] = {rest};
@@ -303,6 +312,39 @@ TEST_WITH(a_binary_expression_is_held_back_wholly, setup, teardown) {
   assert_near(weight_at(s, 1, 0.499), 1, 0); /* happy is 0 until 0.5 */
   assert_near(weight_at(s, 1, 0.51), 0, 0);
   assert_near(weight_at(s, 0, 0.75), 0.25, 1e-6);
+}
+
+/* A curve of three keys: two cubics whose slopes at the ends and in the middle are given, the second one
+ * going down. */
+TEST_WITH(a_range_may_be_a_curve, setup, teardown) {
+  scene *s = *state;
+  static const tw_curve_key keys[] = {{0, 0, 9, 0}, {0.5F, 0.9F, 1, -0.5F}, {0.9F, 0.6F, 0.25F, 9}};
+  static const float times[] = {0, 1}, up[][4] = {{0, 0, 0, 1}, {-0.38268343F, 0, 0, 0.92387953F}};
+  const tw_track_keys track = {.node = 2,
+                               .path = TW_ROTATION,
+                               .interpolation = TW_LINEAR,
+                               .form = TW_KEY_QUATERNION,
+                               .width = 4,
+                               .key_count = 2,
+                               .times = times,
+                               .values = up[0]};
+  s->expressions[0].name = "lookUp";
+  s->gaze = 2;
+  s->face.gaze = TW_GAZE_EXPRESSIONS;
+  s->face.up = (tw_gaze_range){40, 2, 3, keys};
+  assert_int_equal(carry(s, &track, 1, 1000), TW_OK);
+  for (int i = 0; i <= 100; i++) {
+    double at = fmin(i * 0.45 / 40, 1), value = 0.6, u, span;
+    if (at < 0.5) {
+      u = at / 0.5, span = 0.5;
+      value = 0.9 * (3 * u * u - 2 * u * u * u) + span * (u * u * u - u * u);
+    } else if (at < 0.9) {
+      u = (at - 0.5) / 0.4, span = 0.4;
+      value = 0.9 - 0.3 * (3 * u * u - 2 * u * u * u) + span * -0.5 * (u * u * u - 2 * u * u + u) +
+              span * 0.25 * (u * u * u - u * u);
+    }
+    assert_near(weight_at(s, 0, i * 0.01), 0.5 * fmin(2 * value, 1), 2e-3);
+  }
 }
 
 TEST_WITH(expressions_that_the_face_lacks_are_told, setup, teardown) {

@@ -248,9 +248,23 @@ static const char *const kinect[BIPED_JOINTS] = {
     "AnkleRight", "FootRight",   "LeftCollar",    "ShoulderLeft", "ElbowLeft",  "WristLeft",
     "LeftIndex1", "RightCollar", "ShoulderRight", "ElbowRight",   "WristRight", "RightIndex1"};
 
-static const char *const *const families[] = {
-    NULL,      mixamo, numbered, cmu,     asf,      anatomy,  rigify, unreal, makehuman, unity, vroid,
-    max_biped, smpl,   daz,      creator, auto_rig, advanced, joints, neuron, motive,    kinect};
+static const char *const xsens[BIPED_JOINTS] = {
+    "Pelvis",        "L5",           "T12",           "T8",
+    "Neck",          "Head",         "LeftUpperLeg",  "LeftLowerLeg",
+    "LeftFoot",      "LeftToe",      "RightUpperLeg", "RightLowerLeg",
+    "RightFoot",     "RightToe",     "LeftShoulder",  "LeftUpperArm",
+    "LeftForeArm",   "LeftHand",     "LeftIndex1",    "RightShoulder",
+    "RightUpperArm", "RightForeArm", "RightHand",     "RightIndex1"};
+static const char *const biovision[BIPED_JOINTS] = {
+    "hips",      "chest",       "chest2",     "chest3",      "neck",       "head",
+    "leftupleg", "leftlowleg",  "leftfoot",   "lefttoe",     "rightupleg", "rightlowleg",
+    "rightfoot", "righttoe",    "leftcollar", "leftuparm",   "leftlowarm", "lefthand",
+    "leftindex", "rightcollar", "rightuparm", "rightlowarm", "righthand",  "rightindex"};
+
+static const char *const *const families[] = {NULL,   mixamo, numbered,  cmu,      asf,      anatomy,
+                                              rigify, unreal, makehuman, unity,    vroid,    max_biped,
+                                              smpl,   daz,    creator,   auto_rig, advanced, joints,
+                                              neuron, motive, kinect,    xsens,    biovision};
 enum { FAMILIES = sizeof families / sizeof *families };
 
 TEST(every_family_of_names_matches_every_other_as_a_whole) {
@@ -276,6 +290,40 @@ TEST(every_family_of_names_matches_every_other_as_a_whole) {
       assert_int_equal(out.without_source_count + out.without_target_count, 0);
       tw_arena_destroy(arena);
     }
+}
+
+/* Adds another figure of the same build, whose names have another prefix. */
+static void add_figure(biped *b, const biped *other) {
+  uint32_t first = b->count;
+  for (uint32_t i = 0; i < other->count; i++) {
+    tw_node *node = &b->nodes[b->count];
+    snprintf(b->names[b->count], sizeof b->names[0], "other:%s", other->names[i]);
+    *node = other->nodes[i];
+    node->name = b->names[b->count++];
+    if (node->parent != TW_NO_INDEX) node->parent += first;
+  }
+  tw_error error;
+  assert_int_equal(tw_nodes_order(b->nodes, b->count, b->order, &error), TW_OK);
+}
+
+TEST(bones_are_those_of_one_figure) {
+  static biped source, target, other;
+  biped_make(&source, (biped_options){.names = unreal});
+  biped_animate(&source, 1, 3);
+  biped_make(&other, (biped_options){.names = mixamo});
+  for (int is_thin = 0; is_thin < 2; is_thin++) {
+    biped_make(&target, (biped_options){.names = mixamo});
+    if (is_thin) target.count = 1; /* hips without anything below do not count beside others */
+    uint32_t first = is_thin ? 1 : 0;
+    add_figure(&target, &other);
+    tw_arena *arena = tw_arena_create();
+    tw_retarget_job job = job_of(&source, &target);
+    tw_retargeted out = run_good(&job, arena);
+    assert_int_equal(out.bone_count, BIPED_JOINTS);
+    for (uint32_t k = 0; k < out.bone_count; k++)
+      assert_int_equal(out.bones[k].target, out.bones[k].source + first);
+    tw_arena_destroy(arena);
+  }
 }
 
 /* ---- invariants ------------------------------------------------------------------------------ */
@@ -399,6 +447,155 @@ TEST(arms_that_rest_lower_point_where_the_source_points) {
 TEST(a_figure_that_faces_another_way_moves_as_it_faces) {
   for (int quarter = 1; quarter < 4; quarter++)
     assert_true(worst_of((biped_options){0}, (biped_options){.turned = quarter * 1.5707963267949}, 1) < 1e-5);
+}
+
+/* ---- what stands above ----------------------------------------------------------------------- */
+
+/* Gives a node's scale signs, and turns all that is below so that every place stays. */
+static void sign_scale(biped *b, uint32_t top, const float signs[3]) {
+  bool is_below[BIPED_MOST] = {false};
+  float all = signs[0] * signs[1] * signs[2];
+  memcpy(b->nodes[top].rest.scale, signs, 3 * sizeof *signs);
+  for (uint32_t i = 0; i < b->count; i++) {
+    uint32_t node = b->order[i], parent = b->nodes[node].parent;
+    is_below[node] = parent != TW_NO_INDEX && (parent == top || is_below[parent]);
+    for (int k = 0; is_below[node] && k < 3; k++) {
+      b->nodes[node].rest.translation[k] *= signs[k];
+      b->nodes[node].rest.rotation[k] *= all * signs[k];
+      for (int key = 0; key < BIPED_KEYS; key++) b->turns[node][key][k] *= all * signs[k];
+    }
+  }
+}
+
+/* Hangs a figure on a node of its own. */
+static tw_node *hang(biped *b) {
+  tw_node *top = &b->nodes[b->count];
+  *top = (tw_node){.name = "Armature",
+                   .parent = TW_NO_INDEX,
+                   .mesh = TW_NO_INDEX,
+                   .skin = TW_NO_INDEX,
+                   .rest = TW_TRS_IDENTITY};
+  b->nodes[0].parent = b->count++;
+  tw_error error;
+  assert_int_equal(tw_nodes_order(b->nodes, b->count, b->order, &error), TW_OK);
+  return top;
+}
+
+/* The farthest that an end is from where the source, as it was made, has it in a world of such signs. */
+static double worst_below(const biped *from, biped *source, const biped *target, const float signs[3]) {
+  tw_arena *arena = tw_arena_create();
+  tw_retarget_job job = job_of(source, target);
+  tw_retargeted out = run_good(&job, arena);
+  double worst = 0;
+  for (size_t t = 0; t < TIMES; t++) {
+    posed a = pose_at(from, &from->clip, some_times[t]), b = pose_at(target, &out.keys, some_times[t]);
+    for (size_t i = 0; i < ENDS; i++)
+      for (int k = 0; k < 3; k++)
+        worst = fmax(worst, fabs((double)(a.world[from->at[ends[i]]][12 + k] -
+                                          signs[k] * b.world[target->at[ends[i]]][12 + k])));
+  }
+  tw_arena_destroy(arena);
+  return worst;
+}
+
+/* A source and a target of the same build, and the source as it was made. */
+static void make_pair(biped *from, biped *source, biped *target) {
+  biped_make(source, (biped_options){.seed = 5});
+  biped_animate(source, 1.5, 3);
+  biped_make(from, (biped_options){.seed = 5});
+  biped_animate(from, 1.5, 3);
+  biped_make(target, (biped_options){.names = mixamo, .seed = 8});
+}
+
+TEST(signs_of_scales_change_no_place) {
+  static const float none[3] = {1, 1, 1}, signs[][3] = {{-1, 1, 1}, {1, -1, -1}, {-1, -1, -1}, {1, -1, 1}};
+  static const uint32_t tops[] = {0, 2, 7, 20};
+  static biped from, source, target;
+  for (size_t i = 0; i < sizeof signs / sizeof *signs; i++)
+    for (size_t k = 0; k < sizeof tops / sizeof *tops; k++) {
+      make_pair(&from, &source, &target);
+      sign_scale(&source, tops[k], signs[i]);
+      assert_true(worst_below(&from, &source, &target, none) < 1e-5);
+      sign_scale(&target, tops[k], signs[(i + 1) % 4]);
+      assert_true(worst_below(&from, &source, &target, none) < 1e-5);
+    }
+}
+
+TEST(mirrored_figures_move_as_their_mirror_images) {
+  static const float none[3] = {1, 1, 1}, signs[][3] = {{-1, 1, 1}, {-1, -1, -1}, {1, 1, -1}};
+  static biped from, source, target;
+  for (size_t i = 0; i < sizeof signs / sizeof *signs; i++) {
+    make_pair(&from, &source, &target);
+    memcpy(hang(&source)->rest.scale, signs[i], sizeof signs[i]);
+    assert_true(worst_below(&from, &source, &target, none) < 1e-5);
+    memcpy(hang(&target)->rest.scale, signs[i], sizeof signs[i]);
+    assert_true(worst_below(&from, &source, &target, signs[i]) < 1e-5);
+  }
+}
+
+TEST(on_itself_a_clip_stays_below_shear_and_a_scale_of_0) {
+  static const float none[3] = {1, 1, 1}, shear[16] = {1, 0.5f, 0, 0, 0, 1, 0, 0, 0.2f, 0, 1, 0, 0, 3, 0, 1};
+  static biped source, target;
+  for (int i = 0; i < 2; i++) {
+    make_pair(&source, &source, &target);
+    tw_node *top = hang(&source);
+    if (i == 0) {
+      top->has_matrix = true;
+      memcpy(top->matrix, shear, sizeof shear);
+      tw_trs_from_matrix(shear, &top->rest);
+    } else {
+      top->rest.scale[2] = 0;
+    }
+    assert_true(worst_below(&source, &source, &source, none) < 1e-5);
+  }
+}
+
+/* Rests with the legs folded up; the clip, whose first pose is a T-pose that faces elsewhere, is as it was.
+ */
+static void fold(biped *b) {
+  static const uint32_t thighs[] = {6, 10};
+  static const float up[4] = {1, 0, 0, 0};
+  for (int side = 0; side < 2; side++) memcpy(b->nodes[b->at[thighs[side]]].rest.rotation, up, sizeof up);
+}
+
+static void begin_in_t_pose(biped *b) {
+  static const float none[4] = {0, 0, 0, 1}, turned[4] = {0, 0.6F, 0, 0.8F};
+  for (uint32_t i = 0; i < b->count; i++) memcpy(b->turns[i][0], i == 0 ? turned : none, sizeof none);
+}
+
+/* Lays the clip's world on its back: z is up. */
+static void lay_down(biped *b) {
+  static const double back[4] = {0.70710678118654752, 0, 0, 0.70710678118654752};
+  for (int key = 0; key < BIPED_KEYS; key++) {
+    double q[4], out[4], place[3];
+    for (int k = 0; k < 4; k++) q[k] = (double)b->turns[0][key][k];
+    for (int k = 0; k < 3; k++) place[k] = (double)b->places[key][k];
+    tw_rotation_multiply(back, q, out);
+    tw_rotation_turn(back, place, place);
+    for (int k = 0; k < 4; k++) b->turns[0][key][k] = (float)out[k];
+    for (int k = 0; k < 3; k++) b->places[key][k] = (float)place[k];
+  }
+}
+
+TEST(a_figure_that_rests_folded_is_carried_over_as_it_stands) {
+  static const float none[3] = {1, 1, 1};
+  static biped from, source, target;
+  for (int is_down = 0; is_down < 2; is_down++) {
+    biped_make(&from, (biped_options){0});
+    biped_animate(&from, 1.5, 3);
+    begin_in_t_pose(&from);
+    biped_make(&source, (biped_options){0});
+    biped_animate(&source, 1.5, 3);
+    begin_in_t_pose(&source);
+    biped_make(&target, (biped_options){.names = mixamo, .seed = 8});
+    fold(&source);
+    if (is_down) lay_down(&source);
+    for (int k = 0; k < 3; k++) source.nodes[0].rest.translation[k] = 0; /* as motion capture has it */
+    double worst = worst_below(&from, &source, &target, none);
+    if (worst > 0.02) print_error("%d: %g\n", is_down, worst);
+    assert_true(worst < 0.02); /* hips that rest at the origin are as high as the legs are long */
+    assert_true(worst_below(&source, &source, &source, none) < 1e-5);
+  }
 }
 
 /* ---- tracks ---------------------------------------------------------------------------------- */

@@ -227,7 +227,7 @@ private:
   tw_gaze_range range(const char *map, const char *input, const char *output, float scale,
                       const std::string &place) {
     constexpr float least = 0.01F;
-    tw_gaze_range out = {90, scale};
+    tw_gaze_range out = {90, scale, 0, nullptr};
     const char *most = tw_json_member(map, input), *scaled = tw_json_member(map, output);
     if ((most && !number_of(most)) || (scaled && !number_of(scaled))) misfit(place);
     out.most = std::max(number_of(most).value_or(out.most), least);
@@ -313,14 +313,31 @@ private:
     for (; at != end; ++at) binds_.push_back({at->second, *target, weight});
   }
 
-  static bool is_straight(const char *curve) {
+  // The keys of a curve, of four numbers each: time, value, slopes before and behind it. None of a straight
+  // line, which is what most files have.
+  void read_curve(const char *curve, tw_gaze_range &range, const std::string &place) {
     static constexpr float line[] = {0, 0, 0, 1, 1, 1, 1, 0};
-    size_t fitting = 0, count = 0;
-    each(curve, [&](size_t index, const char *value) {
-      fitting += index < std::size(line) && number_of(value) == line[index];
-      count++;
-    });
-    return !curve || (fitting == std::size(line) && count == fitting);
+    constexpr size_t key_numbers = 4, keys_most = 64;
+    Vector<float> numbers(document_.budget);
+    bool fits = curve && *curve == '[' && tw_json_count(curve) <= key_numbers * keys_most;
+    if (fits)
+      each(curve, [&](size_t, const char *value) {
+        std::optional<float> number = number_of(value);
+        fits = fits && number;
+        numbers.push_back(number.value_or(0));
+      });
+    fits = fits && !numbers.empty() && numbers.size() % key_numbers == 0;
+    for (size_t i = key_numbers; fits && i < numbers.size(); i += key_numbers)
+      fits = numbers[i] > numbers[i - key_numbers];
+    if (curve && !fits) misfit(place);
+    if (!fits || std::equal(numbers.begin(), numbers.end(), std::begin(line), std::end(line))) return;
+    tw_curve_key *keys = allocate<tw_curve_key>(document_, numbers.size() / key_numbers);
+    for (size_t i = 0; i < numbers.size() / key_numbers; i++) {
+      const float *key = &numbers[key_numbers * i];
+      keys[i] = {key[0], key[1], key[2], key[3]};
+    }
+    range.keys = keys;
+    range.key_count = static_cast<uint32_t>(numbers.size() / key_numbers);
   }
 
   void read_older_gaze(const char *person) {
@@ -330,11 +347,10 @@ private:
                                                : TW_GAZE_BONES;
     auto read = [&](const char *member) {
       const char *map = tw_json_member(person, member);
-      if (!is_straight(tw_json_member(map, "curve")))
-        document_.outline.lose("curve of a gaze's range is taken as a straight line",
-                               "curves of a gaze's ranges are taken as straight lines");
-      return range(map, "xRange", "yRange", face_.gaze == TW_GAZE_BONES ? 10 : 1,
-                   place_ + "/firstPerson/" + member);
+      std::string place = place_ + "/firstPerson/" + member;
+      tw_gaze_range out = range(map, "xRange", "yRange", face_.gaze == TW_GAZE_BONES ? 10 : 1, place);
+      read_curve(tw_json_member(map, "curve"), out, place + "/curve");
+      return out;
     };
     face_.inner = read("lookAtHorizontalInner");
     face_.outer = read("lookAtHorizontalOuter");

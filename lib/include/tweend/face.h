@@ -28,9 +28,17 @@ typedef struct tw_expression {
   const tw_morph_bind *binds; /* [bind_count] */
 } tw_expression;
 
-/* How far eyes turn, or expressions go, by how far the gaze turns: `scale` at `most` degrees and beyond. */
+/* A key of a curve: cubic Hermite between two, constant outside. */
+typedef struct tw_curve_key {
+  float at, value, in_slope, out_slope;
+} tw_curve_key;
+
+/* How far eyes turn, or expressions go, by how far the gaze turns: `scale` at `most` degrees and beyond, and
+ * before in proportion, or as a curve from 0 to 1 has it. */
 typedef struct tw_gaze_range {
   float most, scale; /* most: above 0 */
+  uint32_t key_count;
+  const tw_curve_key *keys; /* [key_count] `at` ascending; NULL: in proportion */
 } tw_gaze_range;
 
 typedef enum tw_gaze { TW_GAZE_NONE, TW_GAZE_BONES, TW_GAZE_EXPRESSIONS } tw_gaze;

@@ -42,20 +42,24 @@ uint32_t tw_bone_find(const char *name, size_t length);
 /* ---- retargeting ----------------------------------------------------------------------------------------
  * A clip of one skeleton, the source, becomes keys for another one, the target. Bones are matched by a map of
  * the caller's, by humanoid maps, by equal names, and by the names that usual rigs have (anim/bone_names.c);
- * a name that means another bone in each of two usual rigs does not match itself.
+ * a name that means another bone in each of two usual rigs does not match itself. Of several figures in a
+ * file usual names are those of the one with the most bones below its hips.
  *
  * Rotations are carried over in the world, relative to each rest pose: target = source * source_rest^-1 *
  * alignment * target_rest. The alignment of a limb turns the target's rest direction, from the joint to the
  * next matched one, into the source's, so that the hand points where the source's points; hands and fingers
  * without a next joint go with their limb. The trunk, shoulders, feet and toes keep their own rest pose,
  * unless it is more than 30 degrees off. Where both have humanoid maps nothing is aligned, since VRM requires
- * T-poses. A figure that faces another way, or has another axis up, moves as it faces.
- * Bones of the source without counterpart that lead from one matched bone to the next are taken into the one
- * above them: it gets their product, turned so that it points to where the next joint is. Bones of the target
- * without counterpart that do so share its motion: in the spine and neck all of it, in equal parts; elsewhere
- * the turn about the bone's own direction. All other bones keep their rest pose. Hips, and matched nodes
- * above them, are moved by the ratio of leg lengths (of hip heights between humanoid maps; of all lengths
- * where there are no legs). Other bones get translations and scales only where they rest as in the source. */
+ * T-poses. A source that rests with its legs folded up beside the trunk, as motion capture does whose bones
+ * all rest along one axis, is carried over relative to its pose in the clip where it stands straightest, as
+ * if it faced forwards there. A figure that faces another way, or has another axis up, moves as it faces; one
+ * whose left side is its right one because scales mirror it moves as its mirror image. Bones of the source
+ * without counterpart that lead from one matched bone to the next are taken into the one above them: it gets
+ * their product, turned so that it points to where the next joint is. Bones of the target without counterpart
+ * that do so share its motion: in the spine and neck all of it, in equal parts; elsewhere the turn about the
+ * bone's own direction. All other bones keep their rest pose. Hips, and matched nodes above them, are moved
+ * by the ratio of leg lengths (of hip heights between humanoid maps; of all lengths where there are no legs).
+ * Other bones get translations and scales only where they rest as in the source. */
 
 /* A pair of nodes that whoever asks for a clip names as counterparts. */
 typedef struct tw_bone_names_pair {
@@ -119,6 +123,7 @@ typedef struct tw_retargeted {
   /* Source bones that the clip moves and no bone of the target follows, ascending. */
   uint32_t *without_target;
   uint32_t *without_source; /* bones of the target that keep their rest pose, ascending */
+  float stance_time;        /* of the clip's pose that counts as the source's rest pose; -1: its own does */
   uint32_t held_count;      /* feet that are held; of 2 */
   uint32_t lost_count;      /* translations and scales of matched bones that are not carried over */
 } tw_retargeted;
