@@ -224,3 +224,19 @@ test('objects have the names of nodes, each once', async () => {
   assert.equal(new Set(names).size, 5);
   assert.deepEqual([names[0], names[2], names[3]], ['left', 'wheel', 'left_2']);
 });
+
+test('a cage with a border and without normals comes back the same, with normals that were computed', async () => {
+  // A strip that turns by 90 degrees: its border would have corners where normals told that it is smooth.
+  const points = [0, 1, 2, 3].flatMap((x) => [0, 1, 2, 3].map((y) => `v ${x} ${y} ${x * y * 0.1}`));
+  const faces = [0, 1, 2].flatMap((x) => [0, 1, 2].filter((y) => x === 0 || y === 0).map((y) => [4 * x + y + 1, 4 * x + y + 5, 4 * x + y + 6, 4 * x + y + 2]));
+  const cage = `${points.join('\n')}\n${faces.map((face) => `f ${face.join(' ')}`).join('\n')}\n`;
+  const model = await daemon.upload(cage);
+  const surface = async (of, query) => (await fetch(`${of}/surface.${query}`)).arrayBuffer();
+  const wanted = Buffer.from(await surface(model, 'obj?level=2')).toString();
+  for (const form of ['obj?level=0', 'glb?level=0&polygons=ngon']) {
+    const again = await daemon.upload(Buffer.from(await surface(model, form)));
+    const found = Buffer.from(await surface(again, 'obj?level=2')).toString();
+    const placesOf = (text) => text.split('\n').filter((line) => line.startsWith('v '));
+    assert.deepEqual(placesOf(found), placesOf(wanted), form);
+  }
+});
