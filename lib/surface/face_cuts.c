@@ -1,8 +1,9 @@
 /* Finds the faces that are no fan from their first corner, and cuts them by their shape. Most faces are
  * triangles or convex, so cuts are few. Those of level 0 are listed once. Quads of levels below are looked at
  * when they are read, so that no level is too large: only where a face of the cage is not surely convex, and
- * there only those of the base's faces that are not, or near ones that are not. Quads of others are convex:
- * this was not proved, but thousands of random meshes have no other. */
+ * there only those of the base's faces that are not, or near ones that are not. Millions of random quads of
+ * other faces are convex, but all are not: neighbours that are folded over a face, and sharp turns of borders
+ * and creases, can be made so that its children are concave. */
 
 #include <math.h>
 
@@ -173,27 +174,28 @@ static void normal_of(const uint32_t *corners, uint32_t size, const double *poin
   }
 }
 
-/* Whether a triangle at a corner of a face looks nearly along the face's normal (a cosine of at least 0.9),
- * and its area along it is at least a fifth of twice the face's. */
-static bool is_full(const double triangle[3], const double normal[3]) {
-  double along = tw_dot3(triangle, normal), squared = tw_dot3(normal, normal);
-  return along >= 0.2 * squared && along * along >= 0.81 * squared * tw_dot3(triangle, triangle);
+/* Whether the triangle at a corner of a face looks nearly along the face's normal (a cosine of at least 0.9),
+ * and its area along it is at least a fifth of twice the face's. Of its normal: the part along the face's,
+ * and the square. */
+static bool is_full(double along, double square, double of_face) {
+  return along >= 0.2 * of_face && along * along >= 0.81 * of_face * square;
 }
 
 /* Whether the face is convex along any axis from which it is seen when it is cut, as one that is nearly flat
  * is, so that its children are too. */
 static bool is_surely_convex(const uint32_t *corners, uint32_t size, const double *points,
                              const double normal[3]) {
-  double triangle[3], rest[3], a[3], b[3];
-  if (!(tw_dot3(normal, normal) > 0)) return false;
+  double triangle[3], a[3], b[3], of_face = tw_dot3(normal, normal);
+  if (!(of_face > 0)) return false;
   tw_difference3(points + 3 * (size_t)corners[0], points + 3 * (size_t)corners[size - 1], a);
   for (uint32_t i = 0; i < (size == 4 ? 2 : size); i++) {
     tw_difference3(points + 3 * (size_t)corners[i + 1 < size ? i + 1 : 0], points + 3 * (size_t)corners[i],
                    b);
     tw_cross3(a, b, triangle);
-    if (!is_full(triangle, normal)) return false;
-    for (int c = 0; c < 3; c++) rest[c] = normal[c] - triangle[c];
-    if (size == 4 && !is_full(rest, normal)) return false; /* the triangle at the opposite corner */
+    double along = tw_dot3(triangle, normal), square = tw_dot3(triangle, triangle);
+    if (!is_full(along, square, of_face)) return false;
+    /* The triangle at the opposite corner of a quad is the rest of it. */
+    if (size == 4 && !is_full(of_face - along, of_face - 2 * along + square, of_face)) return false;
     memcpy(a, b, sizeof a);
   }
   return true;
