@@ -967,7 +967,9 @@ export type VertexSelection = number[] | "all" | {
   made: string;
 };
 /** Indices refer to the mesh as the edit finds it. New faces and vertices follow those that stay. `name` lets later
- * edits select what this edit makes. Lengths are in the model's unit, angles in degrees. */
+ * edits select what this edit makes. Lengths are in the model's unit, angles in degrees. Coordinates are the
+ * mesh's: in a document those of its `positions`; in a request about a mesh that lies far from the origin those
+ * relative to the offset that a warning of the model names. `inside` takes points on the sides of its box. */
 export type Edit = {
   /** @constant */
   edit: "extrude";

@@ -165,9 +165,10 @@ const char *api_etag(api_call *call, const char *id, const char *representation,
  * a listed tag. */
 static bool etag_matches(const char *list, const char *etag, bool weak) {
   size_t length = strlen(etag);
+  list += strspn(list, " \t");
+  if (*list == '*') return true;
   while (*list) {
     list += strspn(list, ", \t");
-    if (*list == '*') return true;
     bool is_weak = strncmp(list, "W/", 2) == 0;
     if (is_weak) list += 2;
     if (*list != '"') return false;
@@ -179,15 +180,19 @@ static bool etag_matches(const char *list, const char *etag, bool weak) {
   return false;
 }
 
-api_outcome api_check_if_match(api_call *call, const char *representation) {
-  const char *if_match = api_call_header(call, "If-Match");
-  if (!if_match) return API_CONTINUE;
+api_outcome api_check_conditions(api_call *call, const char *representation) {
+  const char *if_match = api_call_header(call, "If-Match"),
+             *if_none_match = api_call_header(call, "If-None-Match");
+  bool is_match = !if_match;
   for (api_coding coding = API_CODING_NONE; coding <= API_CODING_ZSTD; coding++) {
     const char *etag = coded_etag(call, call->id, representation, coding, "");
     if (!etag) return api_fail_without_memory(call);
-    if (etag_matches(if_match, etag, false)) return API_CONTINUE;
+    is_match = is_match || etag_matches(if_match, etag, false);
+    if (if_none_match && etag_matches(if_none_match, etag, true))
+      return api_fail_with(call, 412, "If-None-Match names a representation that this URL has: %s", etag);
   }
-  return api_fail_with(call, 412, "If-Match names no representation that this URL has");
+  return is_match ? API_CONTINUE
+                  : api_fail_with(call, 412, "If-Match names no representation that this URL has");
 }
 
 static api_outcome validate(api_call *call, const char *representation, const char *canonical,

@@ -96,8 +96,8 @@ api_outcome api_validate_partial(api_call *call, const char *representation, con
 api_outcome api_validate_file(api_call *call, const char *hash);
 
 /* For a request that changes what is at the URL: API_FAILED for 412 where If-Match names none of the
- * representation's entity tags in any content coding, else API_CONTINUE. */
-api_outcome api_check_if_match(api_call *call, const char *representation);
+ * representation's entity tags in any content coding, or If-None-Match one of them, else API_CONTINUE. */
+api_outcome api_check_conditions(api_call *call, const char *representation);
 
 /* A byte range of a representation. */
 typedef struct api_range {

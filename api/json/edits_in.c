@@ -438,6 +438,32 @@ enum { EDIT_BYTES = 256, FIRST_ROOM = 1 << 16, EDITS_OF_MOST = 16 };
 
 /* The size of what edits make is known only when they are applied: they begin with little room, and are
  * applied anew with more where it does not suffice. */
+/* Moves the places that an edit names into the frame of a mesh that lies far from the origin. */
+static tw_status enter_frame(const api_value *object, const double origin[3], tw_edit *edit) {
+  double *places[] = {edit->selection.min, edit->selection.max, NULL};
+  if (edit->kind == TW_EDIT_MERGE) places[2] = edit->merge.to;
+  if (edit->kind == TW_EDIT_ROTATE) places[2] = edit->rotate.about;
+  if (edit->kind == TW_EDIT_SCALE) places[2] = edit->scale.about;
+  for (size_t i = 0; i < sizeof places / sizeof *places && places[i]; i++)
+    for (int c = 0; c < 3; c++) places[i][c] -= origin[c];
+  if (edit->kind == TW_EDIT_MIRROR && origin[edit->mirror.axis] != 0)
+    return api_json_fail(object, TW_INVALID,
+                         "mirror reflects at %s = 0, from which the mesh lies so far that floats would lose "
+                         "the shape of both",
+                         axes[edit->mirror.axis]);
+  return TW_OK;
+}
+
+static tw_status enter_frames(const api_value *array, const double origin[3], tw_edit *edits,
+                              uint32_t count) {
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < count && status == TW_OK; i++) {
+    const api_value object = {array->json, NULL, {&array->at, NULL, i}};
+    status = enter_frame(&object, origin, &edits[i]);
+  }
+  return status;
+}
+
 tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_mesh *out, tw_made **made,
                           uint32_t *made_count) {
   const api_json *json = array->json;
@@ -445,6 +471,7 @@ tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_
   tw_edit *edits;
   uint32_t count, named;
   tw_status status = read_edits(array, &edits, &count);
+  if (status == TW_OK) status = enter_frames(array, call->mesh->origin, edits, count);
   if (status != TW_OK) return status;
   tw_made *list = tw_arena_alloc(json->arena, count, sizeof *list);
   if (!list) return api_json_no_memory(json);

@@ -128,7 +128,7 @@ typedef struct mesh_faults {
   uint64_t seam_edges;     /* open, but not for their winding */
   uint64_t folded_edges;   /* between two sides of one face */
   uint64_t lost_creases, overruled_tags, repeated_tags;
-  uint64_t hard_edges;      /* that TW_CREASES_FILE finds */
+  api_hard hard;
   uint32_t mesh, points[2]; /* of the first lost crease */
 } mesh_faults;
 
@@ -143,7 +143,8 @@ static void add_faults(mesh_faults *faults, uint32_t mesh, const tw_mesh_stats *
   faults->lost_creases += facts->lost_creases;
   faults->overruled_tags += facts->overruled_tags;
   faults->repeated_tags += facts->repeated_tags;
-  faults->hard_edges += facts->hard_edges.by_file;
+  faults->hard.edges += facts->hard_edges.by_file;
+  faults->hard.corners += facts->hard_edges.corners_by_file;
 }
 
 static tw_status print_mesh(tw_text *out, const tw_model *model, uint32_t index, mesh_faults *faults,
@@ -263,11 +264,21 @@ static void add_warnings(tw_text *out, const char *const *warnings, uint32_t cou
   api_call_warn(call, warnings, count);
 }
 
-const char *api_hard_warning(api_call *call, uint64_t edges) {
+const char *api_hard_warning(api_call *call, api_hard hard) {
   tw_text text = {0};
-  tw_text_count(&text, edges);
-  tw_text_add(&text, edges > 1 ? " edges are kept hard as the file shows them: creases=tags rounds them"
-                               : " edge is kept hard as the file shows it: creases=tags rounds it");
+  if (hard.edges > 0) {
+    tw_text_count(&text, hard.edges);
+    tw_text_add(&text, tw_plural(hard.edges, " edge", " edges"));
+  }
+  if (hard.corners > 0) {
+    tw_text_add(&text, hard.edges > 0 ? " and " : "");
+    tw_text_count(&text, hard.corners);
+    tw_text_add(&text, tw_plural(hard.corners, " corner", " corners"));
+    tw_text_add(&text, hard.edges > 0 ? "" : tw_plural(hard.corners, " of a border", " of borders"));
+  }
+  tw_text_add(&text, hard.edges + hard.corners > 1
+                         ? " are kept hard as the file shows them: creases=tags rounds them"
+                         : " is kept hard as the file shows it: creases=tags rounds it");
   return api_text_move(&text, call->arena);
 }
 
@@ -293,8 +304,8 @@ static void add_fault_warnings(tw_text *out, const tw_model *model, const mesh_f
              (unsigned long long)faults->folded_edges);
     add_warnings(out, &warning, 1, call);
   }
-  if (faults->hard_edges > 0) {
-    const char *hard = api_hard_warning(call, faults->hard_edges);
+  if (faults->hard.edges > 0 || faults->hard.corners > 0) {
+    const char *hard = api_hard_warning(call, faults->hard);
     if (hard) add_warnings(out, &hard, 1, call);
   }
   if (faults->lost_creases > 0) {

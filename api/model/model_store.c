@@ -191,9 +191,12 @@ api_outcome api_model_reply_stored(api_call *call) {
 }
 
 api_outcome api_delete_model(api_call *call) {
-  if (api_check_if_match(call, description) != API_CONTINUE) return API_FAILED;
   if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   const api_store *store = &call->service->store;
+  if (api_check_conditions(call, description) != API_CONTINUE) {
+    bool is_absent = store->look(store->context, call->id, true) == API_STORE_ABSENT;
+    return is_absent ? api_model_fail_absent(call, call->id) : API_FAILED;
+  }
   api_store_status status = store->remove(store->context, call->id);
   api_cache_forget(call->service->cache, call->id);
   call->answer.status = 204;

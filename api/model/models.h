@@ -46,7 +46,12 @@ tw_status api_mesh_find(const tw_model *model, const char *name, uint32_t *out, 
 /* Prints the members that a listing shows: name and format. */
 void api_model_print_listed(const tw_model *model, tw_text *out);
 
-/* The warning of edges that TW_CREASES_FILE keeps hard, in the call's arena; NULL without memory. */
-const char *api_hard_warning(api_call *call, uint64_t edges);
+/* What TW_CREASES_FILE keeps hard. */
+typedef struct api_hard {
+  uint64_t edges, corners;
+} api_hard;
+
+/* Warns of it, where it is anything, in the call's arena; NULL without memory. */
+const char *api_hard_warning(api_call *call, api_hard hard);
 
 #endif

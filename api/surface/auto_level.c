@@ -185,7 +185,7 @@ static tw_status find_errors(const errors_source *source, tw_arena *scratch, mes
   for (uint32_t i = 0; i < out->count; i++) {
     uint32_t of = scene->moves.count > 0 ? scene->moves.of[i] : i;
     tw_mesh mesh;
-    uint64_t hard = 0;
+    api_hard hard = {0};
     tw_status status = api_plan_cage(scene->query, &scene->meshes.meshes[of], scratch, &mesh, &hard, error);
     if (status != TW_OK) return status;
     if (scene->moves.count > 0 && scene->moves.positions[i]) mesh.positions = scene->moves.positions[i];

@@ -5,7 +5,11 @@
 #include "remade.h"
 #include "service.h"
 
+#include <stdio.h>
 #include <string.h>
+
+/* A share of the range of values that rounding to float, and to bytes of colours, may leave. */
+static const double STRAYS = 0.004;
 
 static tw_status read_levels(const api_query *query, uint32_t *out, tw_error *error) {
   const char *text = api_query_get(query, "levels");
@@ -18,18 +22,43 @@ static tw_status read_levels(const api_query *query, uint32_t *out, tw_error *er
   return TW_OK;
 }
 
-/* Finds the cage and checks it: of the mesh as it is tagged, else with the hard edges that the file shows,
- * which a refined mesh has where its cage had creases. */
+/* Finds the cage and checks it: of the mesh as it is tagged; where that does not fit, with the hard edges and
+ * corners that the file shows, which a refined mesh has where its cage had creases. */
 static tw_status find_cage(const api_remade *remade, const tw_surface_options *options, tw_coarsened *found,
                            tw_error *error) {
-  const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
+  const tw_mesh *mesh = &remade->model->meshes[remade->mesh], *source = &remade->source;
   const tw_parallel_for *parallel = &remade->call->service->parallel;
-  tw_status status = tw_mesh_coarsen(mesh, options, parallel, remade->call->arena, found, error);
-  bool is_shown = remade->source.crease_count > mesh->crease_count;
-  if (status == TW_INVALID && is_shown)
-    status = tw_mesh_coarsen(&remade->source, options, parallel, remade->call->arena, found, error);
+  tw_arena *arena = remade->call->arena;
+  tw_status status = tw_mesh_coarsen(mesh, options, parallel, arena, found, error);
+  bool is_shown =
+      source->crease_count > mesh->crease_count || source->sharp_point_count > mesh->sharp_point_count;
+  if (is_shown && (status == TW_INVALID || (status == TW_OK && !found->fits))) {
+    tw_coarsened shown;
+    tw_status then = tw_mesh_coarsen(source, options, parallel, arena, &shown, error);
+    if (status == TW_INVALID || (then == TW_OK && shown.fits)) {
+      *found = shown;
+      status = then;
+    }
+  }
   if (status != TW_OK) return status;
   return tw_mesh_check(&found->mesh, error, NULL);
+}
+
+/* Warns of what the new model's surfaces have otherwise than the mesh, but for its points. */
+static api_outcome warn_of_strays(api_call *call, const tw_mesh *mesh, const tw_coarsened *found) {
+  static const char *const smoother =
+      "joints and weights of the cage are the mesh's at its points: its surfaces blend them further";
+  if (mesh->skin.joints) api_call_warn(call, &smoother, 1);
+  if (found->strays <= STRAYS) return API_DONE;
+  char share[32];
+  snprintf(share, sizeof share, "%.2g %%", 100 * found->strays);
+  tw_text text = {0};
+  tw_text_add(&text,
+              "texture coordinates, attributes or morph targets of the cage's surfaces differ from the "
+              "mesh's by up to ");
+  tw_text_add(&text, share);
+  tw_text_add(&text, " of their range");
+  return api_call_warn_text(call, &text);
 }
 
 static void print_levels(void *context, tw_text *out) {
@@ -61,6 +90,7 @@ static api_outcome coarsen(api_remade *remade) {
         "points where three edges meet may have alternated about the cage's: that vanishes in one step";
     api_call_warn(call, &ambiguous, 1);
   }
+  if (warn_of_strays(call, mesh, &found) != API_DONE) return API_FAILED;
   remade->cage = found.mesh;
   const api_addition told = {print_levels, &found};
   return api_remade_store(remade, &told);

@@ -146,11 +146,14 @@ static size_t plan_size(const api_plan *plan) {
 }
 
 tw_status api_plan_cage(const api_surface_query *query, const tw_mesh *mesh, tw_arena *scratch, tw_mesh *out,
-                        uint64_t *hard, tw_error *error) {
+                        api_hard *hard, tw_error *error) {
   tw_status status = tw_mesh_with_creases(
       mesh, query->creases, query->crease_degrees, query->crease_sharpness,
       api_surface_options(query, 0, mesh).boundary == TW_BOUNDARY_EDGE_AND_CORNER, scratch, out, error);
-  if (status == TW_OK && query->creases == TW_CREASES_FILE) *hard += out->crease_count - mesh->crease_count;
+  if (status == TW_OK && query->creases == TW_CREASES_FILE) {
+    hard->edges += out->crease_count - mesh->crease_count;
+    hard->corners += out->sharp_point_count - mesh->sharp_point_count;
+  }
   if (status == TW_OK && query->with_holes) {
     const tw_mesh closed = *out;
     if (tw_mesh_open_holes(&closed, scratch, out) != TW_OK)
@@ -163,8 +166,8 @@ tw_status api_plan_cage(const api_surface_query *query, const tw_mesh *mesh, tw_
 static tw_status create_surface(const plan_source *source, api_plan *plan, tw_arena *scratch,
                                 tw_error *error) {
   tw_mesh mesh;
-  tw_status status = api_plan_cage(source->query, &source->meshes->meshes[plan->count], scratch, &mesh,
-                                   &plan->hard_edges, error);
+  tw_status status =
+      api_plan_cage(source->query, &source->meshes->meshes[plan->count], scratch, &mesh, &plan->hard, error);
   if (status != TW_OK) return status;
   tw_surface_options options = api_surface_options(source->query, plan->count, &mesh);
   options.movable = plan->count >= source->meshes->still_count;
@@ -298,7 +301,7 @@ static api_outcome move_plan(api_call *call, api_entry *source, const api_plan_m
   }
   plan->source = source;
   plan->total = still->total;
-  plan->hard_edges = still->hard_edges;
+  plan->hard = still->hard;
   atomic_init(&plan->is_warm, false);
   atomic_init(&plan->shells, API_SHELLS_UNKNOWN);
   tw_status status = move_surfaces(still, moves, &call->service->parallel, plan);

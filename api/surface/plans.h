@@ -6,6 +6,7 @@
 
 #include "cache.h"
 #include "call.h"
+#include "models.h"
 #include "surface_query.h"
 #include "tweend/shells.h"
 
@@ -33,7 +34,7 @@ typedef struct api_plan {
   tw_surface **surfaces;     /* [count], one for each mesh */
   tw_patch_classes *classes; /* shared by the surfaces; NULL with a source */
   tw_surface_counts total;
-  uint64_t hard_edges; /* how many edges TW_CREASES_FILE found */
+  api_hard hard;
   atomic_bool is_warm; /* the bounds are known, so that reading starts without a pass over all points */
   atomic_int shells;   /* API_SHELLS_... */
   tw_solid *solids;    /* [count] the shells of each surface */
@@ -65,10 +66,10 @@ tw_status api_plan_count(api_call *call, const api_plan_meshes *meshes, const ap
  * place in the plan, by which it may have a level of its own. */
 tw_surface_options api_surface_options(const api_surface_query *query, uint32_t index, const tw_mesh *mesh);
 
-/* Makes a view of a mesh with the creases and details that the query wants. *hard: how many edges
+/* Makes a view of a mesh with the creases and details that the query wants. *hard: what
  * TW_CREASES_FILE found are added to it. The arena holds new creases. Errors as tw_mesh_with_creases. */
 tw_status api_plan_cage(const api_surface_query *query, const tw_mesh *mesh, tw_arena *scratch, tw_mesh *out,
-                        uint64_t *hard, tw_error *error);
+                        api_hard *hard, tw_error *error);
 
 /* Takes a plan: *out holds an api_plan. is_stored as in api_clip_take: the plan of a stored model is cached,
  * one for all positions; the moved surfaces are the request's own. 422 with the counts over a limit;

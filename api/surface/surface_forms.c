@@ -235,7 +235,7 @@ api_outcome api_surface_reply(api_call *call, api_surface_request *request) {
 /* ---- opening ------------------------------------------------------------------------------------- */
 
 static api_outcome warn_of_losses(api_call *call, const api_surface_request *request) {
-  bool is_hard = api_plan_of(request)->hard_edges > 0;
+  bool is_hard = api_plan_of(request)->hard.edges > 0;
   return api_flat_warn_of_losses(call, &request->scene.content, request->form->lacks, is_hard);
 }
 
@@ -288,7 +288,7 @@ static api_outcome open_points(api_call *call, api_surface_request *request) {
   if (!alone) return api_fail_without_memory(call);
   tw_status status = tw_flat_stream_create(alone, &options, &request->flat, error);
   if (status != TW_OK) return check_size(call, request, status, 0);
-  return api_flat_warn_of_losses(call, alone, lacks, api_plan_of(request)->hard_edges > 0);
+  return api_flat_warn_of_losses(call, alone, lacks, api_plan_of(request)->hard.edges > 0);
 }
 
 static api_outcome open_obj(api_call *call, api_surface_request *request) {

@@ -115,8 +115,8 @@ static api_outcome validate(api_call *call, const api_surface_request *request) 
 
 static api_outcome warn_of_hard_edges(api_call *call, const api_surface_request *request) {
   const api_plan *plan = api_entry_value(request->plan);
-  if (plan->hard_edges == 0) return API_DONE;
-  const char *sentence = api_hard_warning(call, plan->hard_edges);
+  if (plan->hard.edges == 0 && plan->hard.corners == 0) return API_DONE;
+  const char *sentence = api_hard_warning(call, plan->hard);
   if (!sentence) return api_fail_without_memory(call);
   api_call_warn(call, &sentence, 1);
   return API_DONE;

@@ -146,10 +146,11 @@ static tw_status pick_facing(picker *p) {
   return TW_OK;
 }
 
+/* Compares floats: a point at 0.1 is 0.10000000149, and on the side of a box that ends at 0.1. */
 static bool is_inside(const picker *p, uint32_t point) {
   const float *at = tw_editor_point(p->editor, point);
   for (int i = 0; i < 3; i++)
-    if (!((double)at[i] >= p->selection->min[i] && (double)at[i] <= p->selection->max[i])) return false;
+    if (!(at[i] >= (float)p->selection->min[i] && at[i] <= (float)p->selection->max[i])) return false;
   return true;
 }
 

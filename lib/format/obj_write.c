@@ -394,11 +394,24 @@ static void put_tags(tw_obj_stream *stream) {
     put_tag(stream, stream->next);
 }
 
-/* The rules of the surface, where they differ from those of a file without tags. OBJ has no tag for open
- * borders. Rules hold for the whole file: its surfaces all have the same. */
+/* Whether a surface with a border has normals that its mesh has not. */
+static bool computes_normals_at_borders(const tw_scene *scene) {
+  for (uint32_t i = 0; i < scene->model->mesh_count; i++) {
+    const tw_surface_counts *counts = tw_surface_get_counts(scene->surfaces[i]);
+    if (counts->corners != 2 * counts->edges && !scene->model->meshes[i].normals.corners &&
+        tw_surface_get_layout(scene->surfaces[i])->normal != UINT32_MAX)
+      return true;
+  }
+  return false;
+}
+
+/* The rules of the surface, where they differ from those of a file without tags. A tag also keeps normals
+ * that are computed from telling that borders have corners (tw_mesh_tells_hard_edges). OBJ has no tag for
+ * open borders. Rules hold for the whole file: its surfaces all have the same. */
 static void put_rules(tw_obj_stream *stream, const tw_surface_options *options) {
-  static const char *const boundaries[] = {"", "t interpolateboundary 1/0/0 2\n",
-                                           "t interpolateboundary 1/0/0 0\n", ""};
+  const char *usual = computes_normals_at_borders(&stream->scene) ? "t interpolateboundary 1/0/0 1\n" : "";
+  const char *const boundaries[] = {usual, "t interpolateboundary 1/0/0 2\n",
+                                    "t interpolateboundary 1/0/0 0\n", ""};
   static const char *const uvs[] = {"",
                                     "t facevaryinginterpolateboundary 1/0/0 0\n",
                                     "t facevaryinginterpolateboundary 1/0/0 2\n",

@@ -200,22 +200,6 @@ static bool is_hard(const finder *f, uint32_t edge, tw_creases creases, turn mos
   return creases == TW_CREASES_NORMALS ? normals_part(f, edge) : is_bent(f, edge, most);
 }
 
-tw_status tw_hard_edges_count(const tw_mesh *mesh, const tw_topology *topology, tw_hard_edge_counts *out) {
-  finder f = {.mesh = mesh, .t = topology};
-  const turn thirty = turn_from_degrees(30), most = turn_from_degrees(TW_HARD_DEGREES);
-  const bool is_told = tw_mesh_tells_hard_edges(mesh);
-  tw_status status = prepare(&f, TW_CREASES_AUTO);
-  *out = (tw_hard_edge_counts){0};
-  for (uint32_t edge = 0; edge < topology->edge_count && status == TW_OK; edge++) {
-    out->by_normals += is_hard(&f, edge, TW_CREASES_NORMALS, most);
-    out->by_30_degrees += is_hard(&f, edge, TW_CREASES_ANGLE, thirty);
-    out->by_auto += is_hard(&f, edge, TW_CREASES_AUTO, most);
-    out->by_file += is_told && is_hard(&f, edge, TW_CREASES_FILE, most);
-  }
-  finder_deinit(&f);
-  return status;
-}
-
 /* ---- a mesh with other creases --------------------------------------------------------------- */
 
 /* Marks the hard edges that the file does not tag itself. is_found: [edge_count]. Returns how many are
@@ -359,6 +343,40 @@ static tw_status find_corners(const finder *f, const uint8_t *is_found, float sh
   }
   tw_free(sharp);
   tw_free(of_point);
+  return status;
+}
+
+/* ---- counts ---------------------------------------------------------------------------------- */
+
+/* Counts what TW_CREASES_FILE finds in a mesh that tells hard edges. */
+static tw_status count_by_file(const finder *f, tw_hard_edge_counts *out) {
+  const turn most = turn_from_degrees(TW_HARD_DEGREES);
+  uint32_t points = f->mesh->point_count;
+  uint8_t *is_found = tw_alloc(f->t->edge_count, 1);
+  sharp_edges *sharp = tw_alloc_zero(points, sizeof *sharp);
+  bool has_memory = is_found && sharp;
+  for (uint32_t edge = 0; has_memory && edge < f->t->edge_count; edge++)
+    out->by_file += is_found[edge] = is_hard(f, edge, TW_CREASES_FILE, most);
+  if (has_memory) list_sharp(f, is_found, sharp);
+  for (uint32_t p = 0; has_memory && p < points; p++)
+    out->corners_by_file += corner_sharpness(f, is_found, p, &sharp[p], 1, true) > 0;
+  tw_free(is_found);
+  tw_free(sharp);
+  return has_memory ? TW_OK : TW_NO_MEMORY;
+}
+
+tw_status tw_hard_edges_count(const tw_mesh *mesh, const tw_topology *topology, tw_hard_edge_counts *out) {
+  finder f = {.mesh = mesh, .t = topology};
+  const turn thirty = turn_from_degrees(30), most = turn_from_degrees(TW_HARD_DEGREES);
+  tw_status status = prepare(&f, TW_CREASES_AUTO);
+  *out = (tw_hard_edge_counts){0};
+  for (uint32_t edge = 0; edge < topology->edge_count && status == TW_OK; edge++) {
+    out->by_normals += is_hard(&f, edge, TW_CREASES_NORMALS, most);
+    out->by_30_degrees += is_hard(&f, edge, TW_CREASES_ANGLE, thirty);
+    out->by_auto += is_hard(&f, edge, TW_CREASES_AUTO, most);
+  }
+  if (status == TW_OK && tw_mesh_tells_hard_edges(mesh)) status = count_by_file(&f, out);
+  finder_deinit(&f);
   return status;
 }
 

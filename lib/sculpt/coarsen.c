@@ -30,6 +30,7 @@ typedef struct coarsening {
   uint32_t *faces;
   uint32_t *number_of; /* [child vertices] the parents' vertex at each; NONE: there is none */
   bool is_ambiguous;
+  double *strays;          /* as in tw_coarsened */
   uint32_t levels;         /* steps taken back before this one */
   const uint32_t *corners; /* from tw_coarse_corners for the steps before; make_mesh adds this step */
 } coarsening;
@@ -146,6 +147,20 @@ static uint32_t row_count(const coarsening *s, const tw_topology *coarse) {
   return coarse->vertex_count + coarse->edge_count + (s->rules.loop ? 0 : coarse->face_count);
 }
 
+/* The greatest range of a component of values. */
+static double range_of(const double *values, size_t rows, uint32_t width) {
+  double range = 0;
+  for (uint32_t c = 0; c < width; c++) {
+    double least = values[c], most = least;
+    for (size_t row = 1; row < rows; row++) {
+      least = fmin(least, values[row * width + c]);
+      most = fmax(most, values[row * width + c]);
+    }
+    range = fmax(range, most - least);
+  }
+  return range;
+}
+
 /* Solves for coarse values of `width` numbers each. values: [rows] index in `source` of each row's value.
  * *out: [coarse vertices][width], rounded to float. */
 static tw_status solve_floats(const coarsening *s, const tw_rules *rules, const tw_topology *coarse,
@@ -160,6 +175,8 @@ static tw_status solve_floats(const coarsening *s, const tw_rules *rules, const 
     for (uint32_t c = 0; c < width; c++) child[row * width + c] = source[(size_t)values[row] * width + c];
   tw_status status = tw_invert_masks(coarse, rules, width, child, s->parallel, solved, &error);
   for (size_t i = 0; status == TW_OK && i < count; i++) rounded[i] = (float)solved[i];
+  double range = status == TW_OK && rows > 0 ? range_of(child, rows, width) : 0;
+  if (range > 0) *s->strays = fmax(*s->strays, error / range);
   *out = rounded;
   return status;
 }
@@ -492,11 +509,13 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
   *out = (tw_coarsened){.mesh = *mesh, .size = size_of(mesh), .fits = true};
   const uint32_t *corners = NULL;
   while (out->levels < options->level) {
+    double strays = 0;
     coarsening s = {.mesh = &out->mesh,
                     .positions = positions,
                     .options = *options,
                     .parallel = parallel,
                     .arena = arena,
+                    .strays = &strays,
                     .levels = out->levels,
                     .corners = corners};
     s.rules = tw_rules_of(options);
@@ -520,6 +539,7 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
     out->levels++;
     corners = s.corners;
     out->error += miss;
+    out->strays = fmax(out->strays, strays);
     out->is_ambiguous |= s.is_ambiguous;
   }
   tw_status status = tw_mesh_check(&out->mesh, error, NULL); /* solved points may be too far away */

@@ -1,8 +1,11 @@
 /* Finds the faces that are no fan from their first corner, and cuts them by their shape. Most faces are
  * triangles or convex, so cuts are few. Those of level 0 are listed once. Quads of levels below are looked at
  * when they are read, so that no level is too large: only where a face of the cage is not surely convex, and
- * there only those of the base's faces that are not, or near ones that are not. Quads of others are convex:
- * this was not proved, but thousands of random meshes have no other. */
+ * there only those of the base's faces that are not, or near ones that are not. Millions of random quads of
+ * other faces are convex, but all are not: neighbours that are folded over a face, and sharp turns of borders
+ * and creases, can be made so that its children are concave. */
+
+#include <math.h>
 
 #include "array.h"
 #include "ear_clipping.h"
@@ -151,46 +154,64 @@ const tw_face_cut *tw_surface_get_cuts(const tw_surface *surface) {
 
 /* ---- quads of levels ------------------------------------------------------------------------- */
 
+/* The normal of a face, as long as twice its area. points: [vertices][3]. */
 static void normal_of(const uint32_t *corners, uint32_t size, const double *points, double normal[3]) {
   const double *origin = points + 3 * (size_t)corners[0];
   double cross[3], a[3], b[3];
+  if (size == 4) { /* the same by its diagonals */
+    tw_difference3(points + 3 * (size_t)corners[2], origin, a);
+    tw_difference3(points + 3 * (size_t)corners[3], points + 3 * (size_t)corners[1], b);
+    tw_cross3(a, b, normal);
+    return;
+  }
   for (int c = 0; c < 3; c++) normal[c] = 0;
-  for (uint32_t i = 1; i + 1 < size; i++) {
-    tw_difference3(points + 3 * (size_t)corners[i], origin, a);
-    tw_difference3(points + 3 * (size_t)corners[i + 1], origin, b);
+  tw_difference3(points + 3 * (size_t)corners[1], origin, a);
+  for (uint32_t i = 2; i < size; i++) {
+    tw_difference3(points + 3 * (size_t)corners[i], origin, b);
     tw_cross3(a, b, cross);
     for (int c = 0; c < 3; c++) normal[c] += cross[c];
+    memcpy(a, b, sizeof a);
   }
 }
 
+/* Whether the triangle at a corner of a face looks nearly along the face's normal (a cosine of at least 0.9),
+ * and its area along it is at least a fifth of twice the face's. Of its normal: the part along the face's,
+ * and the square. */
+static bool is_full(double along, double square, double of_face) {
+  return along >= 0.2 * of_face && along * along >= 0.81 * of_face * square;
+}
+
 /* Whether the face is convex along any axis from which it is seen when it is cut, as one that is nearly flat
- * is, so that its children are too: the triangles at all corners look nearly along its normal (cosines of at
- * least 0.9), and their areas along it are at least a fifth of twice the face's. points: [vertices][3]. */
-static bool is_surely_convex(const uint32_t *corners, uint32_t size, const double *points) {
-  double normal[3], cross[3], a[3], b[3];
-  normal_of(corners, size, points, normal);
-  double squared = tw_dot3(normal, normal);
-  if (!(squared > 0)) return false;
-  for (uint32_t i = 0; i < size; i++) {
-    const double *at = points + 3 * (size_t)corners[i],
-                 *before = points + 3 * (size_t)corners[i > 0 ? i - 1 : size - 1],
-                 *after = points + 3 * (size_t)corners[i + 1 < size ? i + 1 : 0];
-    tw_difference3(at, before, a);
-    tw_difference3(after, at, b);
-    tw_cross3(a, b, cross);
-    double along = tw_dot3(cross, normal);
-    if (along < 0.2 * squared || along * along < 0.81 * squared * tw_dot3(cross, cross)) return false;
+ * is, so that its children are too. */
+static bool is_surely_convex(const uint32_t *corners, uint32_t size, const double *points,
+                             const double normal[3]) {
+  double triangle[3], a[3], b[3], of_face = tw_dot3(normal, normal);
+  if (!(of_face > 0)) return false;
+  tw_difference3(points + 3 * (size_t)corners[0], points + 3 * (size_t)corners[size - 1], a);
+  for (uint32_t i = 0; i < (size == 4 ? 2 : size); i++) {
+    tw_difference3(points + 3 * (size_t)corners[i + 1 < size ? i + 1 : 0], points + 3 * (size_t)corners[i],
+                   b);
+    tw_cross3(a, b, triangle);
+    double along = tw_dot3(triangle, normal), square = tw_dot3(triangle, triangle);
+    if (!is_full(along, square, of_face)) return false;
+    /* The triangle at the opposite corner of a quad is the rest of it. */
+    if (size == 4 && !is_full(of_face - along, of_face - 2 * along + square, of_face)) return false;
+    memcpy(a, b, sizeof a);
   }
   return true;
 }
 
+static bool is_face_convex(const tw_topology *t, uint32_t face, const double *points) {
+  const uint32_t *corners = t->corner_vertex + tw_face_begin(t, face);
+  double normal[3];
+  if (tw_face_size(t, face) == 3) return true;
+  normal_of(corners, tw_face_size(t, face), points, normal);
+  return is_surely_convex(corners, tw_face_size(t, face), points, normal);
+}
+
 bool tw_cage_is_convex(const tw_topology *cage, const double *points) {
-  if (cage->face_size == 3) return true;
-  for (uint32_t f = 0; f < cage->face_count; f++) {
-    uint32_t size = tw_face_size(cage, f);
-    if (size > 3 && !is_surely_convex(cage->corner_vertex + tw_face_begin(cage, f), size, points))
-      return false;
-  }
+  for (uint32_t f = 0; cage->face_size != 3 && f < cage->face_count; f++)
+    if (!is_face_convex(cage, f, points)) return false;
   return true;
 }
 
@@ -202,7 +223,7 @@ static void mark_folds(const tw_topology *base, const double *points, double *su
     const uint32_t *corners = base->corner_vertex + tw_face_begin(base, f);
     uint32_t size = tw_face_size(base, f);
     normal_of(corners, size, points, normal);
-    bool marked = size > 3 && !is_surely_convex(corners, size, points);
+    bool marked = size > 3 && !is_surely_convex(corners, size, points, normal);
     for (uint32_t k = 0; k < size; k++) {
       double *sum = sums + 3 * (size_t)corners[k];
       if (marked) marks[corners[k]] = 1;
@@ -239,9 +260,7 @@ tw_status tw_surface_find_concave(tw_surface *surface, const double *points) {
   s->near_concave = tw_alloc_zero(base->face_count, 1);
   if (!s->near_concave) return TW_NO_MEMORY;
   if (!is_answer) return find_near(base, points, s->near_concave);
-  for (uint32_t f = 0; f < base->face_count; f++)
-    s->near_concave[f] =
-        !is_surely_convex(base->corner_vertex + tw_face_begin(base, f), tw_face_size(base, f), points);
+  for (uint32_t f = 0; f < base->face_count; f++) s->near_concave[f] = !is_face_convex(base, f, points);
   return TW_OK;
 }
 
@@ -287,6 +306,32 @@ static void read_corners(tw_surface_reader *reader, tw_quad_scratch *q, size_t c
   }
 }
 
+/* Lets q->at point to each corner's point: those of a level that is kept are at hand. */
+static void find_corners(tw_surface_reader *reader, tw_quad_scratch *q, size_t count) {
+  const tw_surface *s = reader->surface;
+  if (!s->levels || s->rim || s->inner_faces) {
+    read_corners(reader, q, count);
+    return;
+  }
+  for (size_t i = 0; i < count; i++) q->at[i] = (const float *)&s->positions.points[q->corners[i]];
+}
+
+/* tw_ear_clipper_is_fan of a quad, from its first corner. */
+static bool is_fan(const float *const at[4]) {
+  double a[3], b[3], c[3], first[3], second[3], sum[3];
+  tw_side3(at[0], at[1], a);
+  tw_side3(at[0], at[2], b);
+  tw_side3(at[0], at[3], c);
+  tw_cross3(a, b, first);
+  tw_cross3(b, c, second);
+  for (int i = 0; i < 3; i++) sum[i] = first[i] + second[i];
+  int axis = 0;
+  for (int i = 1; i < 3; i++)
+    if (fabs(sum[i]) > fabs(sum[axis])) axis = i;
+  double sign = sum[axis] < 0 ? -1 : 1, least = -1e-6 * fabs(sum[axis]);
+  return sign * first[axis] >= least && sign * second[axis] >= least;
+}
+
 /* Cuts up to TW_QUADS_AT_ONCE quads. Returns how many cuts there are. */
 static size_t cut_quads(tw_surface_reader *reader, uint64_t first, size_t count, tw_face_cut *out) {
   static const uint32_t fans[4][2][3] = {
@@ -296,11 +341,10 @@ static size_t cut_quads(tw_surface_reader *reader, uint64_t first, size_t count,
   tw_ear_clipper clipper = {.corners = corners};
   size_t cuts = 0;
   tw_surface_read_faces(reader, TW_DOMAIN_POINTS, first, count, NULL, q->corners);
-  read_corners(reader, q, 4 * count);
+  find_corners(reader, q, 4 * count);
   for (size_t i = 0; i < count; i++) {
+    if (is_fan(q->at + 4 * i)) continue;
     tw_ear_clipper_take(&clipper, q->at + 4 * i, 4);
-    uint64_t looks = 4;
-    if (tw_ear_clipper_is_fan(&clipper, 0, &looks)) continue;
     tw_face_cut cut = {.face = first + i, .size = 4};
     cut.fan_count = find_fans(&clipper, 4, cut.fans);
     if (cut.fan_count == 0) continue; /* its sides cross: no triangles are it */

@@ -45,21 +45,25 @@ uint32_t tw_surface_cage_place(const tw_surface *surface, uint64_t face, uint32_
   return low;
 }
 
-/* The children of each corner of the cage are contiguous. */
+/* The children of each face of the cage are contiguous, corner by corner. */
 uint32_t tw_surface_shallow_face(const tw_surface *surface, uint64_t face, uint64_t *run) {
   const tw_surface *s = surface;
   const tw_shallow_level *level = &s->levels[0].at[0];
   uint32_t below = s->levels[0].level, shift = 2 * (s->options.level - 1);
   bool is_cage = below == s->options.level;
   uint32_t bits = is_cage ? shift : 2 * below;
-  *run = ((uint64_t)1 << bits) - (face & (((uint64_t)1 << bits) - 1));
   uint64_t own = face; /* in the level's own order */
   if (s->face_first) {
     uint32_t place = tw_surface_cage_place(s, face, shift);
     own = ((uint64_t)s->face_first[place] << shift) + (face - (s->corners_before[place] << shift));
   }
-  return is_cage ? tw_shallow_corner_face(level, level->face_size, (uint32_t)(own >> bits))
-                 : (uint32_t)(own >> bits);
+  uint32_t at = (uint32_t)(own >> bits), end = at + 1; /* a corner of the cage, or a quad of the base */
+  if (is_cage) {
+    at = tw_shallow_corner_face(level, level->face_size, at);
+    end = tw_shallow_face_end(level, level->face_size, at);
+  }
+  *run = ((uint64_t)end << bits) - own;
+  return at;
 }
 
 tw_face_place tw_surface_face_place(const tw_surface *surface, uint64_t face) {

@@ -29,6 +29,28 @@ static double reach(loopback *l, const char *id, const char *what) {
   return most;
 }
 
+TEST_WITH(corners_of_borders_are_told, loopback_setup, loopback_teardown) {
+  static const char points[] = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nv 0 2 0\nv 1 2 0\n",
+                    faces[] = "f 1 2 5 4\nf 2 3 6 5\nf 4 5 8 7\n";
+  char id[API_ID_TEXT], text[256];
+  snprintf(text, sizeof text, "%s%s", points, faces);
+  reply r = store(*state, "model/obj", text, id);
+  assert_null(strstr(r.body, "kept hard"));
+  reply_free(&r);
+  snprintf(text, sizeof text, "%ss 1\n%s", points, faces);
+  r = store(*state, "model/obj", text, id);
+  assert_non_null(
+      strstr(r.body, "1 corner of a border is kept hard as the file shows it: creases=tags rounds it"));
+  reply_free(&r);
+  r = model_get_ok(*state, id, "surface.obj");
+  assert_non_null(strstr(r.body, "v 1 1 0\n"));
+  assert_non_null(strstr(reply_header(&r, "X-Tweend-Warning"), "1%20corner%20of%20a%20border"));
+  reply_free(&r);
+  r = model_get_ok(*state, id, "surface.obj?boundary=edge-only");
+  assert_null(reply_header(&r, "X-Tweend-Warning"));
+  reply_free(&r);
+}
+
 TEST_WITH(a_cube_without_normals_rounds_and_one_that_shows_its_edges_stays, loopback_setup,
           loopback_teardown) {
   char plain[API_ID_TEXT], flat[API_ID_TEXT];

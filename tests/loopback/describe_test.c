@@ -76,12 +76,6 @@ TEST_WITH(a_cube_is_the_same_in_every_format, loopback_setup, loopback_teardown)
     snprintf(target, sizeof target, "/v1/surface.%s?level=0&polygons=ngon", forms[i]);
     reply cube = loopback_post(*state, target, "model/obj", obj);
     facts = facts_of(*state, types[i], cube.body, cube.size);
-    facts = realloc(facts, strlen(facts) + 2);
-    assert_non_null(facts);
-    char *told = strstr(facts, "'auto':0"); /* the answer's normals are those of something round */
-    assert_non_null(told);
-    memmove(told + 8, told + 7, strlen(told + 7) + 1);
-    memcpy(told + 7, "12", 2);
     assert_string_equal(facts, expected);
     free(facts);
     reply_free(&cube);

@@ -674,6 +674,26 @@ TEST_WITH(deleting_forgets_the_model_at_once, loopback_setup, loopback_teardown)
   reply_free(&r);
 }
 
+TEST_WITH(what_if_none_match_names_is_not_deleted, loopback_setup, loopback_teardown) {
+  char id[API_ID_TEXT], path[64], headers[160];
+  loopback_upload(*state, "model/obj", triangle, id);
+  snprintf(path, sizeof path, "/v1/models/%s", id);
+  reply plain = loopback_get(*state, path);
+  const char *const hits[] = {"If-None-Match: *\n", "If-None-Match: \"a\", %s\n", "If-None-Match: W/%s\n"};
+  for (size_t i = 0; i < sizeof hits / sizeof *hits; i++) {
+    snprintf(headers, sizeof headers, hits[i], reply_header(&plain, "ETag"));
+    assert_problem(loopback_ask(*state, "DELETE", path, headers, NULL, 0), 412, NULL, "If-None-Match");
+  }
+  reply_free(&plain);
+  assert_int_equal(loopback_store_count(*state), 1);
+  reply r = loopback_ask(*state, "DELETE", path, "If-None-Match: \"a\", *\n", NULL, 0);
+  assert_int_equal(r.status, 204);
+  reply_free(&r);
+  const char *const conditions[] = {"If-None-Match: *\n", "If-Match: \"a\"\n"};
+  for (size_t i = 0; i < sizeof conditions / sizeof *conditions; i++) /* nothing is there to be judged */
+    assert_problem(loopback_ask(*state, "DELETE", path, conditions[i], NULL, 0), 404, NULL, NULL);
+}
+
 TEST_WITH(what_if_match_does_not_name_is_not_deleted, loopback_setup, loopback_teardown) {
   char id[API_ID_TEXT], path[64], headers[160];
   loopback_upload(*state, "model/obj", triangle, id);

@@ -139,7 +139,7 @@ TEST_WITH(obj_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
       {"t corner", OBJ, "t corner", "@t corner 1/1/0 0 2\n"},
       {"t hole", SHAPE, NULL, "@t hole 1/0/0 0\n"},
       {"t creasemethod", OBJ, "t creasemethod", "@t crease 2/1/0 0 1 2\nt creasemethod 0/0/1 chaikin\n"},
-      {"t interpolateboundary", OBJ, "t interpolateboundary", "@t interpolateboundary 1/0/0 2\n"},
+      {"t interpolateboundary", OBJ, "t interpolateboundary 1/0/0 2", "@t interpolateboundary 1/0/0 2\n"},
       {"t facevaryinginterpolateboundary", OBJ, "t facevaryinginterpolateboundary",
        "vt 0 0\n@f 1/1 2/1 4/1\nt facevaryinginterpolateboundary 1/0/0 5\n"},
       {"t smoothtriangles", OBJ, "t smoothtriangles", "@t smoothtriangles 0/0/1 smooth\n"},

@@ -87,7 +87,7 @@ test('a metre in UTM coordinates is a metre', async () => {
 });
 
 test('attribute bytes behind facets of STL are passed over', async () => {
-  const response = await ask('stl-payload.stl', '/surface.obj?level=0&quads=ngon');
+  const response = await ask('stl-payload.stl', '/surface.obj?level=0&quads=ngon&creases=tags');
   assert.match(warningOf(response), /2 facets have attributes that are left out/);
   assert.equal([...(await response.text()).matchAll(/^f /gm)].length, 2);
 });

@@ -296,3 +296,20 @@ test('details and edits of a far mesh are made in its frame', async () => {
   const lifted = wanted.map(([x, y, z]) => [x, y, x > 465001 && y > 5428001 && z > 120.5 ? z + 0.5 : z]);
   assertSamePlaces(await pointsOf(edited, 'obj?level=0'), lifted, 1e-6, 'edited');
 });
+
+test('edits in a document have its coordinates, however far its points are', async () => {
+  const place = ([x, y, z], at) => [x + at[0], y + at[1], z + at[2]];
+  const edits = (at) => [
+    { edit: 'move', vertices: { inside: { min: place([0, 0, 1], at), max: place([1, 1, 1], at) } }, by: [0, 0, 0.5] },
+    { edit: 'rotate', vertices: 'all', axis: 'z', degrees: 30, about: place([1, 2, 0], at) },
+    { edit: 'scale', vertices: 'all', by: 2, about: place([0.1, 0, 0.3], at) },
+    { edit: 'merge', vertices: [0, 1], to: place([-0.3, 0.1, 0.2], at) },
+  ];
+  const document = (at, list) => JSON.stringify({ meshes: [{ name: 'm', positions: shifted(shapeOf(1), at), faces: FACES, edits: list }], nodes: [{ mesh: 'm' }] });
+  const offset = [465000.25, 5428000.5, 120];
+  const near = await upload(document([0, 0, 0], edits([0, 0, 0]))), far = await upload(document(offset, edits(offset)));
+  assertSamePlaces(await pointsOf(far.model, 'obj?level=0'), shifted(await pointsOf(near.model, 'obj?level=0'), offset), 1e-6, 'edited');
+  const refused = await fetch(`${daemon.url}/v1/models`, { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: document(offset, [...edits(offset), { edit: 'mirror', axis: 'x' }]) });
+  assert.equal(refused.status, 422);
+  assert.equal((await refused.json()).errors[0].pointer, '/meshes/0/edits/4');
+});

@@ -318,7 +318,7 @@ for (const query of ['level=0', 'level=1']) {
 test('the file itself is valid, and glTF answers leave nothing of it out', async () => {
   await assertValid(new TextEncoder().encode(source));
   const description = await (await fetch(await daemon.upload(source))).json();
-  assert.deepEqual(description.warnings, ['78 pairs of triangles are joined into quads: quads=ngon keeps the triangles', '1 mesh is in no node of the shown scene: OBJ, STL, PLY and 3MF leave it out', '1 node that is not shown has a mesh that others show: OBJ, STL, PLY and 3MF leave it out']);
+  assert.deepEqual(description.warnings, ['78 pairs of triangles are joined into quads: quads=ngon keeps the triangles', '1 mesh is in no node of the shown scene: OBJ, STL, PLY and 3MF leave it out', '1 node that is not shown has a mesh that others show: OBJ, STL, PLY and 3MF leave it out', '12 corners of borders are kept hard as the file shows them: creases=tags rounds them']);
 });
 
 // ---- what moves -------------------------------------------------------------------------------------------

@@ -224,3 +224,53 @@ test('objects have the names of nodes, each once', async () => {
   assert.equal(new Set(names).size, 5);
   assert.deepEqual([names[0], names[2], names[3]], ['left', 'wheel', 'left_2']);
 });
+
+test('a cage with a border and without normals comes back the same, with normals that were computed', async () => {
+  // A strip that turns by 90 degrees: its border would have corners where normals told that it is smooth.
+  const points = [0, 1, 2, 3].flatMap((x) => [0, 1, 2, 3].map((y) => `v ${x} ${y} ${x * y * 0.1}`));
+  const faces = [0, 1, 2].flatMap((x) => [0, 1, 2].filter((y) => x === 0 || y === 0).map((y) => [4 * x + y + 1, 4 * x + y + 5, 4 * x + y + 6, 4 * x + y + 2]));
+  const cage = `${points.join('\n')}\n${faces.map((face) => `f ${face.join(' ')}`).join('\n')}\n`;
+  const model = await daemon.upload(cage);
+  const surface = async (of, query) => (await fetch(`${of}/surface.${query}`)).arrayBuffer();
+  const wanted = Buffer.from(await surface(model, 'obj?level=2')).toString();
+  for (const form of ['obj?level=0', 'glb?level=0&polygons=ngon']) {
+    const again = await daemon.upload(Buffer.from(await surface(model, form)));
+    const found = Buffer.from(await surface(again, 'obj?level=2')).toString();
+    const placesOf = (text) => text.split('\n').filter((line) => line.startsWith('v '));
+    assert.deepEqual(placesOf(found), placesOf(wanted), form);
+  }
+});
+
+test('the cage of a surface with creases, corners of borders and texture coordinates is found again', async () => {
+  // A strip bent by a right angle, hard there, whose border turns.
+  const points = [0, 1, 2, 3].flatMap((x) => [0, 1, 2, 3].map((y) => `v ${x} ${Math.min(y, 1)} ${Math.max(y - 1, 0)}`));
+  const coordinates = [0, 1, 2, 3].flatMap((x) => [0, 1, 2, 3].map((y) => `vt ${((x * x + y) / 12).toFixed(3)} ${((y * y - x) / 12).toFixed(3)}`));
+  const cells = [0, 1, 2].flatMap((x) => [0, 1, 2].filter((y) => x < 2 || y === 0).map((y) => [x, y]));
+  const faceOf = ([x, y]) => `s ${y > 0 ? 2 : 1}\nf ${[4 * x + y + 1, 4 * x + y + 5, 4 * x + y + 6, 4 * x + y + 2].map((i) => `${i}/${i}`).join(' ')}`;
+  const model = await daemon.upload(`${points.join('\n')}\n${coordinates.join('\n')}\n${cells.map(faceOf).join('\n')}\n`);
+  const surface = async (of, query) => Buffer.from(await (await fetch(`${of}/surface.${query}`)).arrayBuffer());
+  const refined = await daemon.upload(await surface(model, 'glb?level=2&polygons=ngon'));
+  const answer = await fetch(`${refined}/coarsen?levels=2`, { method: 'POST' });
+  const { id, levels, meshes } = await answer.json();
+  assert.equal(levels, 2);
+  assert.deepEqual(meshes[0].details, []);
+  assert.equal(answer.headers.get('X-Tweend-Warning'), null);
+  const cornersOf = (text) => {
+    const rows = (word) => text.split('\n').filter((line) => line.startsWith(`${word} `)).map((line) => line.split(' ').slice(1));
+    const [v, vt] = [rows('v'), rows('vt')].map((list) => list.map((row) => row.map(Number)));
+    return rows('f').flat().map((corner) => corner.split('/').map((i) => Number(i) - 1)).map(([p, t]) => [...v[p], ...vt[t]]);
+  };
+  const wanted = cornersOf((await surface(model, 'obj?level=2')).toString()), found = cornersOf((await surface(`${daemon.url}/v1/models/${id}`, 'obj?level=2')).toString());
+  assert.equal(found.length, wanted.length);
+  const near = (a, b) => a.every((x, i) => Math.abs(x - b[i]) < 1e-4);
+  assert.ok(wanted.every((corner) => found.some((other) => near(corner, other))));
+});
+
+test('coarsening tells of values that the cage does not have exactly', async () => {
+  const points = [0, 1, 2].flatMap((x) => [0, 1, 2].map((y) => `v ${x} ${y} 0\nvt ${x / 2} ${y / 2}`));
+  const faces = [0, 1].flatMap((x) => [0, 1].map((y) => `f ${[3 * x + y + 1, 3 * x + y + 4, 3 * x + y + 5, 3 * x + y + 2].map((i) => `${i}/${i}`).join(' ')}`));
+  const cage = await daemon.upload(`${points.join('\n')}\n${faces.join('\n')}\n`);
+  const text = await (await fetch(`${cage}/surface.obj?level=1&normals=none`)).text();
+  const answer = await fetch(`${await daemon.upload(text.replace(/^vt .*$/m, 'vt 0.4 0.3'))}/coarsen?levels=1`, { method: 'POST' });
+  assert.match(decodeURIComponent(answer.headers.get('X-Tweend-Warning')), /texture coordinates, attributes or morph targets of the cage's surfaces differ from the mesh's by up to \d+ % of their range/);
+});

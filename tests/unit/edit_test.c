@@ -218,6 +218,19 @@ TEST(selections_of_a_cube) {
   }
 }
 
+TEST(points_on_the_sides_of_a_box_are_inside) {
+  tw_mesh mesh = cube();
+  float points[24];
+  for (int i = 0; i < 24; i++) points[i] = mesh.positions[i] > 0 ? 0.1F : -0.7F; /* neither is a double's */
+  mesh.positions = points;
+  edited e = edit_once(&mesh, (tw_edit){.kind = TW_EDIT_MOVE,
+                                        .selection = FACES(TW_SELECT_INSIDE, .min = {-0.7, -0.7, -0.7},
+                                                           .max = {0.1, 0.1, 0.1}),
+                                        .name = "it"});
+  assert_int_equal(e.made[0].face_count, 6);
+  edited_deinit(&e);
+}
+
 TEST(groups_and_materials_are_found_by_their_names) {
   tw_mesh mesh = cube();
   const uint32_t groups[6] = {0, 1, 2, UINT32_MAX, 1, 1};

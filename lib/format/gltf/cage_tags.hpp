@@ -48,6 +48,10 @@ public:
   }
 
   bool are_there() const { return points_ != nullptr; }
+  // Whether the cage had no normals: those of the file were computed, and show no edge as hard or smooth.
+  bool has_computed_normals() const {
+    return are_there() && index_of(tw_json_member(text_, "computed_normals")) == 1;
+  }
 
   // The polygons that are no fan from any corner, by their triangles: each of these is a face of its own in
   // the file.

@@ -838,7 +838,7 @@ private:
       normals |= source.normal != nullptr;
       tangents |= source.normal && source.tangent;
     }
-    if (!normals || corner_count_ == 0) return;
+    if (!normals || corner_count_ == 0 || tags_.has_computed_normals()) return;
     size_t count = elements_.size();
     float *values = allocate_zero<float>(document_, 3 * count);
     float *rows = tangents ? allocate_zero<float>(document_, 4 * count) : nullptr;

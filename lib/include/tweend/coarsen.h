@@ -15,6 +15,10 @@ typedef struct tw_coarsened {
    * same point of the cage's surface. */
   double error;
   double size; /* longest side of the mesh's bounds */
+  /* The greatest distance of a step between texture coordinates, attributes or displacements of morph targets
+   * and the refined ones of the cage, as a share of their range. Joints and weights of the cage are those of
+   * the mesh at the same points. */
+  double strays;
   /* The error is at most 1e-5 of the size, about what rounding to float and the steps back leave. Otherwise
    * the cage has a detail of level `levels`, with which its surface of that level equals the mesh. */
   bool fits;

@@ -267,9 +267,10 @@ bool tw_mesh_tells_hard_edges(const tw_mesh *mesh);
 tw_status tw_mesh_with_creases(const tw_mesh *mesh, tw_creases creases, double degrees, float sharpness,
                                bool border_corners, tw_arena *arena, tw_mesh *out, tw_error *error);
 
-/* How many edges each method finds, whether the file tags them or not. */
+/* How many edges each method finds, whether the file tags them or not. corners_by_file: where such edges, or
+ * borders, turn sharply. */
 typedef struct tw_hard_edge_counts {
-  uint32_t by_normals, by_30_degrees, by_auto, by_file;
+  uint32_t by_normals, by_30_degrees, by_auto, by_file, corners_by_file;
 } tw_hard_edge_counts;
 
 /* A description of a mesh for a person. */
