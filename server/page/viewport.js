@@ -373,7 +373,7 @@ export class Viewport {
         object.material = vertexColors || flatShading ? Object.assign(plain.clone(), { vertexColors, flatShading }) : plain;
         if (vertexColors) object.material.color.set(0xffffff);
       } else if (object.material.metalness > 0) metal = true;
-      Object.assign(object.material, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }); // so that lines are drawn in front
+      Object.assign(object.material, { polygonOffsetFactor: 1, polygonOffsetUnits: 1 }); // so that lines are drawn in front
       object.userData.own = object.material;
     });
     if (metal && this.isSoftware) scene.traverse(({ material }) => material?.metalness > DULL && (material.metalness = DULL));
@@ -470,6 +470,7 @@ export class Viewport {
         if (!object.isMesh || !object.userData.own) return;
         object.material = names.has('uv') && object.geometry.attributes.uv ? checkered() : object.userData.own;
         object.material.visible = names.has('surface');
+        object.material.polygonOffset = names.has('cage') || names.has('wireframe'); // steep triangles sink behind what is behind them: dots along folds
       });
       wireframe.show(names.has('wireframe'));
     }
