@@ -31,6 +31,9 @@ const SLOW_FROM = 100000; // triangles from which on a picture is drawn in the b
 const REST_MS = 250; // without another picture, after which the picture is drawn fine
 const STILL = 5; // pixels that the pointer may move during a click
 
+/** Whether the pointer has hardly moved between two events. */
+export const isStill = (from, to) => Math.hypot(to.clientX - from.clientX, to.clientY - from.clientY) <= STILL;
+
 const DULL = 0.5; // the most that a material is a metal where there are no surroundings to reflect: it would be black
 
 function dispose(root) {
@@ -264,11 +267,11 @@ export class Viewport {
   /** use(event) is called for clicks and taps on this model's side of the picture. */
   onClick(use) {
     let from = null;
-    this.canvas.addEventListener('pointerdown', ({ clientX, clientY }) => (from = [clientX, clientY]));
+    this.canvas.addEventListener('pointerdown', (event) => (from = event));
     this.canvas.addEventListener('pointerup', (event) => {
-      const [x, y] = from ?? [Infinity, 0];
+      const isClick = event.button === 0 && from && isStill(from, event) && !this.isBeside(from.clientX);
       from = null;
-      if (event.button === 0 && Math.hypot(event.clientX - x, event.clientY - y) <= STILL && !this.isBeside(x)) use(event);
+      if (isClick) use(event);
     });
   }
 
