@@ -198,7 +198,7 @@ export class Viewport {
 
   /** uses: those of `afterFrame` that waited when the drawing began. */
   #endFrame(uses) {
-    this.isSlow = this.triangles > SLOW_FROM && this.isSoftware;
+    this.isSlow = this.#isSlowAt(this.triangles);
     this.isMoved = false;
     this.ended = performance.now();
     for (const use of uses) use(this.canvas);
@@ -405,7 +405,13 @@ export class Viewport {
     this.skeleton = new Skeleton(nodes);
     this.isBare = parsed.bearers.length === 0; // only a clip: nothing but its joints can be shown
     this.own.add(scene, this.skeleton.object);
+    const triangles = this.#solids.reduce((sum, { geometry }) => sum + (geometry.index ?? geometry.attributes.position).count / 3, 0);
+    this.isSlow ||= this.#isSlowAt(triangles); // the first picture of a large one would hold the page for seconds
     this.show(this.shown);
+  }
+
+  #isSlowAt(triangles) {
+    return this.isSoftware && triangles > SLOW_FROM;
   }
 
   clearModel() {

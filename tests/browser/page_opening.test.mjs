@@ -151,6 +151,21 @@ visits('a first level that is cancelled leaves the control mesh; a model that is
   assert.ok(covered(await visit.pixels()) > 0.02);
 });
 
+visits('a file whose opening was cancelled opens when it is given again', {}, async (visit) => {
+  await visit.level(2);
+  const { page } = visit;
+  const isOne = /\/v1\/models\/\w+$/;
+  await page.route(isOne, () => {}); // it is never answered
+  await drop(visit, { 'again.obj': PYRAMID });
+  await page.locator('#busy-text', { hasText: 'Reading the model' }).waitFor();
+  await page.locator('#cancel').click();
+  await blank(visit).getByRole('heading', { name: 'The model cannot be opened' }).waitFor();
+  await page.unroute(isOne);
+  await drop(visit, { 'again.obj': PYRAMID });
+  await visit.wait(() => document.getElementById('facts').textContent.includes(' 64 faces'));
+  assert.ok(await blank(visit).isHidden());
+});
+
 visits('numbers are taken as the browser’s language writes them, by Enter, and what is none is said', { first: 'cube.obj', hash: '#tab=edit', locale: 'de-DE' }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
