@@ -146,9 +146,9 @@ static uint32_t find_knot(const mix_time *mix, double time) {
   return low;
 }
 
-static bool do_rise(const double *values, uint32_t count) {
-  int falls = 0;
-  for (uint32_t i = 1; i < count; i++) falls |= values[i] < values[i - 1];
+static bool do_rise(const float *times, uint32_t count) {
+  int falls = 0; /* no bool, of which loops are not vectorised */
+  for (uint32_t i = 1; i < count; i++) falls |= times[i] < times[i - 1];
   return !falls;
 }
 
@@ -177,13 +177,11 @@ static void fill_phases(const mix_time *mix, const double *restrict times, bool 
 }
 
 void tw_mix_moments(const mix_time *mix, const float *times, uint32_t count, mix_moments *out) {
+  const mix_time of = *mix; /* may be kept in registers */
   out->count = count;
-  for (uint32_t i = 0; i < count; i++) out->times[i] = mix_clamp(mix, times[i]);
-  out->times_rise = do_rise(out->times, count);
-  out->phases_rise = false;
-  if (mix->knot_count == 0) return;
-  fill_phases(mix, out->times, out->times_rise, count, out->phases);
-  out->phases_rise = do_rise(out->phases, count);
+  for (uint32_t i = 0; i < count; i++) out->times[i] = mix_clamp(&of, times[i]);
+  out->rise = do_rise(times, count);
+  if (mix->knot_count > 0) fill_phases(mix, out->times, out->rise, count, out->phases);
 }
 
 double tw_mix_phase(const mix_time *mix, double time) {
@@ -349,7 +347,7 @@ static void fill_weights(const tw_layer *layer, const mix_moments *at, float *re
       continue;
     }
     const weight_ramp ramp = ramp_after(layer, find_key(layer, times[i]));
-    uint32_t end = run_end(times, at->times_rise, i, at->count, ramp.start, ramp.end);
+    uint32_t end = run_end(times, at->rise, i, at->count, ramp.start, ramp.end);
     for (; i < end; i++) weights[i] = (float)ramp_at(&ramp, times[i]);
   }
 }
@@ -362,8 +360,12 @@ static void fill_rounds(const mix_moments *at, double start, double duration, fl
   for (uint32_t i = 0, end; i < at->count;) {
     double rounds = phases[i] + start;
     locals[i++] = (float)(part_of_round(rounds, &last) * duration);
-    end = at->phases_rise && rounds > 0 && most <= last ? at->count : i;
-    for (; i < end; i++) locals[i] = (float)(part_until(phases[i] + start, last) * duration);
+    end = at->rise && rounds > 0 && most <= last ? at->count : i;
+    const double round = last; /* has no address, so that it is kept in a register */
+    for (; i < end; i++) {
+      double local = (phases[i] + start - round + 1) * duration;
+      locals[i] = (float)(local < duration ? local : duration);
+    }
   }
 }
 

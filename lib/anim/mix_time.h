@@ -34,8 +34,8 @@ bool tw_mix_time_init(mix_time *mix, tw_arena *arena, const tw_layer *layers, ui
 
 /* Clamps a time to the mixed clip. */
 static inline double mix_clamp(const mix_time *mix, float time) {
-  double t = time > 0 ? (double)time : 0;
-  return t < mix->duration ? t : mix->duration;
+  double end = mix->duration, t = (double)time < end ? (double)time : end;
+  return t > 0 ? t : 0;
 }
 
 /* Rounds that synchronised layers have played at a clamped time. */
@@ -44,7 +44,8 @@ double tw_mix_phase(const mix_time *mix, double time);
 /* Clamped times and the phases at these, which are set only where a layer is synchronised. */
 typedef struct mix_moments {
   uint32_t count;
-  bool times_rise, phases_rise; /* each is at least the one before: what holds at the last one holds at all */
+  bool rise; /* no time, and so no phase, is before the one before it: what holds at the last one holds at all
+              */
   double times[TW_POSE_BLOCK], phases[TW_POSE_BLOCK];
 } mix_moments;
 

@@ -18,22 +18,30 @@ typedef struct track_part {
   const float *reference; /* [width] of an additive layer */
 } track_part;
 
-/* The nodes of which a layer moves a path: their places in their blocks, in the order of the nodes. */
+/* The nodes of which a layer moves a path, in their order. */
 typedef struct moved_nodes {
-  uint8_t *places;
-  uint32_t *starts; /* [blocks + 1] the first of each block */
+  uint8_t *places;   /* [moved] in their blocks */
+  uint32_t *starts;  /* [blocks + 1] the first of each block */
+  float *references; /* [moved][3 or 4] of an additive layer, else NULL */
 } moved_nodes;
 
 typedef struct mixing {
   mix_time time;
   moved_nodes (*moved)[TW_WEIGHTS]; /* [layers] of each path of transforms */
-  const tw_trs **references;        /* [layers] [nodes] of additive layers, else NULL */
   const track_part **parts; /* [tracks + 1] the parts of each track, by layer, up to those of the next */
   const float **rests;      /* [tracks][width] */
 } mixing;
 
 static const mixing *mixing_of(const tw_clip *clip) {
   return clip->making;
+}
+
+static inline bool is_additive(const mixing *mix, uint32_t layer) {
+  return mix->time.layers[layer].mode == TW_LAYER_ADDITIVE;
+}
+
+static inline uint32_t width_of(tw_path path) {
+  return path == TW_ROTATION ? 4 : 3;
 }
 
 typedef float four __attribute__((vector_size(16)));
@@ -177,10 +185,9 @@ static void end_sums(blend *b) {
 
 /* ---- adding ---------------------------------------------------------------------------------- */
 
-/* What an additive layer turns rotations by, where they are turned by slerp(1, turn, weight). */
+/* What an additive layer turns rotations by; each w is 0 or more. */
 typedef struct turns {
   float x[TW_POSE_BLOCK], y[TW_POSE_BLOCK], z[TW_POSE_BLOCK], w[TW_POSE_BLOCK];
-  float ratios[TW_POSE_BLOCK], cosines[TW_POSE_BLOCK]; /* x, y and z times the ratio, and the cosine, turn */
 } turns;
 
 /* Finds the turns, conjugate(from) to, and of each the sign that makes w positive. from: `step` floats apart,
@@ -201,7 +208,7 @@ static inline void find_turns(turns *restrict all, const float *restrict from, s
   }
 }
 
-/* A weight beyond 1, which may turn round more than once. */
+/* Of any weight: beyond 1 a turn may go round more than once. */
 static void raise_far(turns *all, uint32_t i, float weight) {
   double axis[3] = {(double)all->x[i], (double)all->y[i], (double)all->z[i]};
   double sine = tw_length(axis, 3), part = atan2(sine, (double)all->w[i]) * (double)weight;
@@ -209,57 +216,50 @@ static void raise_far(turns *all, uint32_t i, float weight) {
   all->x[i] = (float)(axis[0] * ratio);
   all->y[i] = (float)(axis[1] * ratio);
   all->z[i] = (float)(axis[2] * ratio);
-  all->ratios[i] = 1;
-  all->cosines[i] = (float)cos(part);
+  all->w[i] = (float)cos(part);
 }
 
-/* In two loops: polynomials are long chains of operations, and the shorter a loop's body, the more of its
+/* Makes each turn slerp(1, turn, weight), without roots and divisions: the cosine tells the angle's square.
+ * In two loops: polynomials are long chains of operations, and the shorter a loop's body, the more of its
  * rounds a processor computes at once. */
 static void raise_turns(turns *restrict all, const float *restrict weights, uint32_t count) {
-  static const float LEAST_SINE = 1e-30F; /* of a root; only 0 is less */
-  float sines[TW_POSE_BLOCK], parts[TW_POSE_BLOCK];
+  float parts[TW_POSE_BLOCK], squares[TW_POSE_BLOCK];
   int is_far = 0;
-  for (uint32_t i = 0; i < count; i++) {
-    float x = all->x[i], y = all->y[i], z = all->z[i], sine = sqrtf(x * x + y * y + z * z);
-    sines[i] = sine > LEAST_SINE ? sine : LEAST_SINE;
-    parts[i] = arc_angle(sine, all->w[i]) * weights[i];
-  }
-  for (uint32_t i = 0; i < count; i++) {
-    all->ratios[i] = arc_sine(parts[i]) / sines[i];
-    all->cosines[i] = arc_cosine(parts[i]);
-  }
   for (uint32_t i = 0; i < count; i++) is_far |= fabsf(weights[i]) > 1;
-  for (uint32_t i = 0; is_far && i < count; i++)
-    if (fabsf(weights[i]) > 1) raise_far(all, i, weights[i]);
+  for (uint32_t i = 0; is_far && i < count; i++) raise_far(all, i, weights[i]);
+  if (is_far) return;
+  for (uint32_t i = 0; i < count; i++) {
+    float w = all->w[i], part = angle_over_sine(w) * weights[i];
+    parts[i] = part;
+    squares[i] = part * part * ((1 - w) * (1 + w));
+  }
+  for (uint32_t i = 0; i < count; i++) {
+    float ratio = parts[i] + parts[i] * sine_excess(squares[i]);
+    all->x[i] *= ratio;
+    all->y[i] *= ratio;
+    all->z[i] *= ratio;
+    all->w[i] = cosine_of_square(squares[i]);
+  }
 }
 
-/* Turns the rotations that have a weight, at unit length. rotations: [count][4] */
-static void apply_turns(const turns *restrict all, const float *restrict weights, uint32_t count,
-                        float *restrict rotations) {
-  float turned[TW_POSE_BLOCK][4], scales[TW_POSE_BLOCK];
+/* One step of Newton's gives unit length, which rotations have but for rounding; those without a weight stay
+ * as they are. rotations, out: [count][4] */
+static void apply_turns(const turns *restrict all, const float *restrict weights,
+                        const float *restrict rotations, uint32_t count, float *restrict out) {
   for (size_t i = 0; i < count; i++) {
     const float *a = rotations + 4 * i;
-    float x = all->x[i] * all->ratios[i], y = all->y[i] * all->ratios[i], z = all->z[i] * all->ratios[i],
-          w = all->cosines[i], *out = turned[i];
-    out[0] = a[3] * x + a[0] * w + a[1] * z - a[2] * y;
-    out[1] = a[3] * y - a[0] * z + a[1] * w + a[2] * x;
-    out[2] = a[3] * z + a[0] * y - a[1] * x + a[2] * w;
-    out[3] = a[3] * w - a[0] * x - a[1] * y - a[2] * z;
-    scales[i] = 1 / sqrtf((out[0] * out[0] + out[2] * out[2]) + (out[1] * out[1] + out[3] * out[3]));
+    float x = all->x[i], y = all->y[i], z = all->z[i], w = all->w[i], *q = out + 4 * i;
+    float q0 = a[3] * x + a[0] * w + a[1] * z - a[2] * y;
+    float q1 = a[3] * y - a[0] * z + a[1] * w + a[2] * x;
+    float q2 = a[3] * z + a[0] * y - a[1] * x + a[2] * w;
+    float q3 = a[3] * w - a[0] * x - a[1] * y - a[2] * z;
+    float excess = (q0 * q0 + q2 * q2) + (q1 * q1 + q3 * q3) - 1;
+    float scale = 1 - (weights[i] == 0 ? 0 : 0.5F) * excess;
+    q[0] = q0 * scale;
+    q[1] = q1 * scale;
+    q[2] = q2 * scale;
+    q[3] = q3 * scale;
   }
-  for (size_t i = 0; i < count; i++) {
-    four scaled = load_four(turned[i]) * scales[i];
-    if (weights[i] != 0) memcpy(rotations + 4 * i, &scaled, sizeof scaled);
-  }
-}
-
-/* rotations, to: [count][4]; from: the references, `step` floats apart. */
-static inline void turn_rotations(float *rotations, const float *from, size_t step, const float *to,
-                                  const float *weights, uint32_t count) {
-  turns all;
-  find_turns(&all, from, step, to, count);
-  raise_turns(&all, weights, count);
-  apply_turns(&all, weights, count, rotations);
 }
 
 /* Copies quaternions by place that lie `step` floats apart. */
@@ -267,28 +267,31 @@ static void gather(const layer_values *layer, const float *values, size_t step, 
   for (uint32_t i = 0; i < layer->count; i++) memcpy(out[i], values + step * place_of(layer, i), sizeof *out);
 }
 
-/* references: [4] by place, `step` floats apart; without places, one for all. */
-static void add_rotations(float *rotations, const layer_values *layer, const float *references, size_t step) {
-  if (!layer->places) {
-    turn_rotations(rotations, references, 0, layer->values, layer->weights, layer->count);
-    return;
+/* references: [count][4]; without places, one for all. */
+static void add_rotations(float *rotations, const layer_values *layer, const float *references) {
+  float by_place[TW_POSE_BLOCK][4], turned[TW_POSE_BLOCK][4];
+  turns all;
+  if (layer->places) {
+    gather(layer, layer->values, layer->step, by_place);
+    find_turns(&all, references, 4, by_place[0], layer->count);
+    gather(layer, rotations, layer->step, by_place);
+  } else {
+    find_turns(&all, references, 0, layer->values, layer->count);
   }
-  float from[TW_POSE_BLOCK][4], to[TW_POSE_BLOCK][4], turned[TW_POSE_BLOCK][4];
-  gather(layer, references, step, from);
-  gather(layer, layer->values, layer->step, to);
-  gather(layer, rotations, layer->step, turned);
-  turn_rotations(turned[0], from[0], 4, to[0], layer->weights, layer->count);
+  raise_turns(&all, layer->weights, layer->count);
+  apply_turns(&all, layer->weights, layer->places ? by_place[0] : rotations, layer->count, turned[0]);
   for (uint32_t i = 0; i < layer->count; i++)
     memcpy(rotations + layer->step * place_of(layer, i), turned[i], sizeof *turned);
 }
 
-static void add_vectors(float *vectors, uint32_t width, const layer_values *layer, const float *references,
-                        size_t step) {
+/* references: as in add_rotations. */
+static void add_vectors(float *vectors, uint32_t width, const layer_values *layer, const float *references) {
+  size_t step = layer->places ? width : 0;
   for (uint32_t i = 0; i < layer->count; i++) {
     if (layer->weights[i] == 0) continue;
     uint32_t place = place_of(layer, i);
     float weight = layer->weights[i], *vector = vectors + layer->step * place;
-    const float *value = layer->values + layer->step * place, *reference = references + step * place;
+    const float *value = layer->values + layer->step * place, *reference = references + step * i;
     for (uint32_t k = 0; k < width; k++) vector[k] += (value[k] - reference[k]) * weight;
   }
 }
@@ -330,11 +333,11 @@ static void blend_poses(const tw_clip *clip, const pose_block *block, const laye
   float weights[TW_POSE_BLOCK];
   blend blends[TW_WEIGHTS];
   for (tw_path path = 0; path < TW_WEIGHTS; path++)
-    blend_init(&blends[path], path, path == TW_ROTATION ? 4 : 3, (float *)block->locals + floats_before(path),
-               TRS_STEP, block->count);
+    blend_init(&blends[path], path, width_of(path), (float *)block->locals + floats_before(path), TRS_STEP,
+               block->count);
   for (uint32_t l = 0; l < clip->part_count; l++) {
     bool overrides = mix->time.layers[l].mode == TW_LAYER_OVERRIDE;
-    if (mix->references[l] || (states[l].weight == 0 && !overrides)) continue;
+    if (is_additive(mix, l) || (states[l].weight == 0 && !overrides)) continue;
     if (has_started)
       tw_clip_move_nodes(clip->parts[l], block->nodes, block->first, block->count, states[l].time, poses);
     else
@@ -360,12 +363,14 @@ static void add_pose(const tw_clip *clip, uint32_t layer, const pose_block *bloc
   for (uint32_t i = 0; i < block->count; i++) weights[i] = state->weight;
   for (tw_path path = 0; path < TW_WEIGHTS; path++) {
     layer_values values = values_of(mix, layer, block, path, weights, poses);
-    const float *references = (const float *)&mix->references[layer][block->first] + floats_before(path);
+    const moved_nodes *moved = &mix->moved[layer][path];
+    const float *references =
+        moved->references + (size_t)width_of(path) * moved->starts[block->first / TW_POSE_BLOCK];
     float *locals = (float *)block->locals + floats_before(path);
     if (path == TW_ROTATION)
-      add_rotations(locals, &values, references, TRS_STEP);
+      add_rotations(locals, &values, references);
     else
-      add_vectors(locals, 3, &values, references, TRS_STEP);
+      add_vectors(locals, 3, &values, references);
   }
 }
 
@@ -380,7 +385,7 @@ static void mixed_pose(const tw_clip *clip, const tw_node *nodes, uint32_t first
                               count - done < TW_POSE_BLOCK ? count - done : TW_POSE_BLOCK, locals + done};
     blend_poses(clip, &block, states);
     for (uint32_t l = 0; l < clip->part_count; l++)
-      if (mix->references[l] && states[l].weight != 0) add_pose(clip, l, &block, &states[l]);
+      if (is_additive(mix, l) && states[l].weight != 0) add_pose(clip, l, &block, &states[l]);
   }
 }
 
@@ -406,7 +411,7 @@ static void find_weights(const tw_clip *clip, const track_part *part, const samp
 }
 
 static void put_rests(const sample_block *block, const float *rest, const float *weights) {
-  bool has_any = !weights;
+  int has_any = !weights; /* no bool, of which loops are not vectorised */
   for (uint32_t i = 0; weights && i < block->count; i++) has_any |= weights[i] == 0;
   for (uint32_t i = 0; has_any && i < block->count; i++)
     if (!weights || weights[i] == 0)
@@ -441,9 +446,9 @@ static void add_samples(const tw_clip *clip, const track_part *part, const sampl
   tw_clip_sample(clip->parts[part->layer], part->track, samples.locals, block->count, samples.values);
   const layer_values values = {block->count, NULL, samples.weights, samples.values, block->width};
   if (block->path == TW_ROTATION)
-    add_rotations(block->out, &values, part->reference, 0);
+    add_rotations(block->out, &values, part->reference);
   else
-    add_vectors(block->out, block->width, &values, part->reference, 0);
+    add_vectors(block->out, block->width, &values, part->reference);
 }
 
 static void mixed_sample(const tw_clip *clip, uint32_t track, const float *times, size_t time_count,
@@ -594,9 +599,9 @@ static bool build_mixed_tracks(const tw_mix_job *job, const moved_part *moved, u
     for (uint32_t i = first; i < end; i++) {
       const tw_clip *layer = job->clips[moved[i].layer];
       if (layer->tracks[moved[i].track].width != track->width) continue;
-      bool is_additive = job->layers[moved[i].layer].mode == TW_LAYER_ADDITIVE;
-      const float *reference = is_additive ? reference_of(job, &moved[i], track->width, arena) : NULL;
-      if (is_additive && !reference) return false;
+      bool adds = job->layers[moved[i].layer].mode == TW_LAYER_ADDITIVE;
+      const float *reference = adds ? reference_of(job, &moved[i], track->width, arena) : NULL;
+      if (adds && !reference) return false;
       *next++ = (track_part){moved[i].layer, moved[i].track, reference};
     }
   }
@@ -628,16 +633,30 @@ static bool build_moved(const tw_mix_job *job, tw_arena *arena, mixing *mix) {
   return has_room;
 }
 
-static bool build_references(const tw_mix_job *job, tw_arena *arena, mixing *mix) {
-  mix->references = tw_arena_alloc(arena, job->layer_count, sizeof *mix->references);
-  for (uint32_t l = 0; mix->references && l < job->layer_count; l++) {
-    if (job->layers[l].mode != TW_LAYER_ADDITIVE) continue;
-    tw_trs *poses = tw_arena_alloc(arena, job->node_count, sizeof *poses);
-    if (!poses) return false;
-    tw_clip_pose(job->clips[l], job->nodes, job->node_count, (float)job->layers[l].reference, poses);
-    mix->references[l] = poses;
+static bool list_references(const tw_clip *layer, tw_path path, const tw_trs *poses, tw_arena *arena,
+                            moved_nodes *moved) {
+  uint32_t width = width_of(path), count = moved->starts[layer->node_count / TW_POSE_BLOCK + 1];
+  float *next = moved->references = tw_arena_alloc_raw(arena, count, width * sizeof *next);
+  if (!next) return false;
+  for (uint32_t n = 0; n < layer->node_count; n++) {
+    if (!(layer->moves[n] >> path & 1u)) continue;
+    memcpy(next, (const float *)&poses[n] + floats_before(path), width * sizeof *next);
+    next += width;
   }
-  return mix->references != NULL;
+  return true;
+}
+
+static bool build_references(const tw_mix_job *job, tw_arena *arena, mixing *mix) {
+  tw_trs *poses = tw_alloc(job->node_count, sizeof *poses);
+  bool has_room = poses != NULL;
+  for (uint32_t l = 0; has_room && l < job->layer_count; l++) {
+    if (!is_additive(mix, l)) continue;
+    tw_clip_pose(job->clips[l], job->nodes, job->node_count, (float)job->layers[l].reference, poses);
+    for (tw_path path = 0; has_room && path < TW_WEIGHTS; path++)
+      has_room = list_references(job->clips[l], path, poses, arena, &mix->moved[l][path]);
+  }
+  tw_free(poses);
+  return has_room;
 }
 
 static bool build_mixed(const tw_mix_job *job, tw_clip *clip) {
