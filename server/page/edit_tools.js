@@ -155,6 +155,7 @@ export class EditTools {
     if (!this.corner) return;
     this.corner = null;
     this.box.hidden = true;
+    this.box.textContent = '';
     this.picker.hover();
   }
 

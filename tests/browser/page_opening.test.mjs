@@ -116,6 +116,7 @@ visits('a level that is refused leaves the picture, the slider and the address o
   await page.locator('.notice', { hasText: 'Level 15 cannot be shown' }).waitFor();
   await visit.wait(() => document.querySelector('[aria-label=Level]').value === '2' && /level=2(&|$)/.test(location.hash));
   assert.match(await visit.text('#facts'), /^Level 2/);
+  await visit.drawn();
   assert.ok(covered(await visit.pixels()) > 0.05);
   // One that opens so falls back to its control mesh.
   const other = await Visit.begin(site.browser, `${daemon.url}/`, { hash: `#model=${idOf(visit)}&level=15&show=surface`, refused: [422] });
