@@ -14,7 +14,7 @@ const { buildSync } = createRequire(join(folder, 'package.json'))('esbuild');
 
 function bundle(entry, options) {
   const { outputFiles } = buildSync({
-    entryPoints: [own(entry)], bundle: true, minify: true, write: false, charset: 'utf8', logLevel: 'warning',
+    entryPoints: [own(entry)], bundle: true, minify: true, write: false, logLevel: 'warning',
     nodePaths: [join(folder, 'node_modules')], ...options,
   });
   return outputFiles[0].text.trim();
@@ -27,9 +27,11 @@ function save(name, text) {
 
 const hash = (text) => `'sha256-${createHash('sha256').update(text).digest('base64')}'`;
 
-/** Text that may stand inside <script>: HTML takes comments and tags in it for its own. They stand in strings and regular
- * expressions only. */
-const inlined = (script) => script.replace(/<(?=!--|\/?script)/gi, '\\x3C');
+/** A script that may stand inside <script>: HTML takes comments and tags in it for its own. They stand in strings, templates
+ * and regular expressions only, and so does what is not ASCII: without it a browser keeps a byte for each letter, not two,
+ * and decodes and parses the page in half the time. */
+const inlined = (script) => script.replace(/<(?=!--|\/?script)/gi, '\\x3C')
+  .replace(/[^\0-\x7F]/g, (letter) => `\\u${letter.charCodeAt(0).toString(16).padStart(4, '0')}`);
 
 /** policy: what the Content-Security-Policy allows besides the file's own script and style. */
 function write(name, { html, script, style, policy }) {

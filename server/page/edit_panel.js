@@ -139,7 +139,7 @@ export class EditPanel {
     this.model = model;
     this.picker.isOn = Boolean(model) && state('tab') === 'edit';
     this.picker.clear();
-    this.picker.hover(null);
+    this.picker.hover();
     this.tools.show();
     if (!this.picker.isOn || model.meshes.length === 0) return;
     const isText = model.format === 'tweend' && model.bytes < DOCUMENT_MOST;

@@ -2,7 +2,7 @@
 // selection, boxes, and gestures with their preview.
 import { Matrix4, Vector3 } from 'three';
 
-import { byId, icon, make, press } from './dom.js';
+import { byId, count, icon, make, press } from './dom.js';
 import { previewOf } from './edit_preview.js';
 import { GESTURES, Gesture } from './gestures.js';
 import { Gizmo } from './gizmo.js';
@@ -155,6 +155,8 @@ export class EditTools {
     if (!this.corner) return;
     this.corner = null;
     this.box.hidden = true;
+    this.box.textContent = '';
+    this.picker.hover();
   }
 
   #end() {
@@ -205,7 +207,8 @@ export class EditTools {
     const rectangle = this.#rectangle(event);
     this.cancel();
     const found = this.picker.inBox(this.selection.objectOf(), rectangle);
-    return this.selection.set(event.shiftKey && this.selection.list ? [...new Map([...this.selection.list, ...found].map((element) => [String(element), element])).values()] : found);
+    const isMore = event.shiftKey || event.pointerType === 'touch'; // as a tap adds
+    return this.selection.set(isMore && this.selection.list ? [...new Map([...this.selection.list, ...found].map((element) => [String(element), element])).values()] : found);
   }
 
   #rectangle(event) {
@@ -217,6 +220,17 @@ export class EditTools {
     const [left, top, right, bottom] = this.#rectangle(event);
     Object.assign(this.box.style, { left: `${left}px`, top: `${top}px`, width: `${right - left}px`, height: `${bottom - top}px` });
     this.box.hidden = false;
+    this.drawn = [left, top, right, bottom];
+    if (this.isDue) return;
+    this.isDue = true;
+    requestAnimationFrame(() => {
+      this.isDue = false;
+      if (!this.corner) return;
+      const i = this.selection.objectOf();
+      const found = this.picker.inBox(i, this.drawn);
+      this.picker.hover(i, found);
+      this.box.textContent = found.length > 0 ? count(found.length) : '';
+    });
   }
 
   /** The edge of the edited mesh that is nearest to a place. */

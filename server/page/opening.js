@@ -23,7 +23,13 @@ export class Opening {
   /** count(model, options, {signal}), load(model, options, {signal, onProgress}) and parse(bytes) are for a surface as GLB;
    *  confirm(bytes, level) asks whether so much is wanted. */
   constructor({ count, load, parse, confirm }) {
-    Object.assign(this, { count, load, parse, confirm });
+    Object.assign(this, { count, load, parse, confirm, counted: null });
+  }
+
+  /** The counts of a level; those that choosing it told already are not asked for again. */
+  async #countsOf(model, options, init) {
+    const { of, options: given, counts } = this.counted ?? {};
+    return of === model && JSON.stringify({ ...given, level: counts.level }) === JSON.stringify(options) ? counts : this.count(model, options, init);
   }
 
   /** The level to open a model with: the least whose error the eye does not see. */
@@ -31,8 +37,9 @@ export class Opening {
     const edges = edgesOf(model);
     if (edges === 0 || edges > COMPUTED_MOST) return firstLevel(model);
     try {
-      const { level } = await this.count(model, { ...uncompressed(options), level: 'auto', error: UNSEEN, faces: SOON_MOST }, init);
-      return level;
+      const counts = await this.count(model, { ...uncompressed(options), level: 'auto', error: UNSEEN, faces: SOON_MOST }, init);
+      this.counted = { of: model, options: uncompressed(options), counts };
+      return counts.level;
     } catch (error) {
       if (error.status === undefined) throw error;
       return firstLevel(model); // not all rules tell errors; what is wrong with the surface, its own request says
@@ -43,7 +50,7 @@ export class Opening {
   async surface(model, options, { signal, onProgress, onLoaded = () => {} }) {
     const isSmall = edgesOf(model) * 4 ** options.level < SMALL;
     const load = () => this.load(model, options, { signal, onProgress });
-    const [counts, early] = await Promise.all([this.count(model, uncompressed(options), { signal }), isSmall ? load() : null]);
+    const [counts, early] = await Promise.all([this.#countsOf(model, uncompressed(options), { signal }), isSmall ? load() : null]);
     if (!early && !(await this.confirm(counts.bytes, options.level))) throw new DOMException('It is not wanted', 'AbortError');
     signal.throwIfAborted();
     const answer = early ?? (await load());

@@ -171,6 +171,6 @@ export function checkered() {
     }
   const map = new CanvasTexture(canvas);
   Object.assign(map, { magFilter: NearestFilter, wrapS: RepeatWrapping, wrapT: RepeatWrapping, colorSpace: SRGBColorSpace, flipY: false });
-  checker = new MeshStandardMaterial({ map, roughness: 0.8, metalness: 0, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+  checker = new MeshStandardMaterial({ map, roughness: 0.8, metalness: 0, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
   return checker;
 }

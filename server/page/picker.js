@@ -9,6 +9,7 @@ import { CageMesh } from './cage_mesh.js';
 import { geometryOf, THROUGH } from './overlays.js';
 import { polygonsOf } from './polygons.js';
 import { boxesOf, hitsOn } from './ray_hits.js';
+import { isStill } from './viewport.js';
 
 const COLOURS = { selected: 0xf08a00, hovered: 0x2f7de1 };
 const REACH = 7; // pixels beside the cage at which a click still hits it
@@ -62,9 +63,10 @@ class Marks {
   }
 
   /** Highlights elements of a mesh. */
-  highlight({ mesh, object }, kind, list) {
+  highlight(of, kind, list) {
     this.clear();
     if (list.length === 0) return;
+    const { mesh, object } = of;
     const part = kind === 'faces' ? this.#faces(mesh, list) : kind === 'edges' ? this.#edges(mesh, list)
       : new Points(geometryOf(list.flatMap((point) => mesh.points[point])), this.dot);
     this.#put(object, 4, part);
@@ -93,8 +95,9 @@ export class Picker {
     this.preview = new Marks(COLOURS.selected, { opacity: 0.3, width: 2 });
     const { canvas } = viewport;
     viewport.onClick((event) => this.#click(event));
+    canvas.addEventListener('pointerdown', (event) => this.#press(event));
     canvas.addEventListener('pointermove', (event) => this.#hover(event));
-    canvas.addEventListener('pointerleave', () => this.hover(null));
+    canvas.addEventListener('pointerleave', () => this.hover());
   }
 
   /** cages: from readCages; bearers: [object, index of its cage] for the objects that show them. */
@@ -131,22 +134,40 @@ export class Picker {
     return null;
   }
 
+  #foresee(event) {
+    const found = this.isBusy() || this.viewport.isBeside(event.clientX) ? null : this.at(event);
+    this.hover(found?.object, found ? [found.element] : []);
+  }
+
+  /** A finger shows what it will select when it is lifted, until it moves away. */
+  #press(event) {
+    if (!this.isOn || event.pointerType !== 'touch') return;
+    this.pressed = event.isPrimary ? event : null; // two fingers select nothing
+    if (this.pressed) this.#foresee(event);
+    else this.hover();
+  }
+
   #hover(event) {
-    if (!this.isOn || event.pointerType === 'touch' || event.buttons !== 0 || this.isDue) return;
+    if (event.pointerType === 'touch') {
+      if (!this.pressed || isStill(this.pressed, event)) return;
+      this.pressed = null;
+      this.hover();
+      return;
+    }
+    if (!this.isOn || event.buttons !== 0 || this.isDue) return;
     this.isDue = true;
     requestAnimationFrame(() => {
       this.isDue = false;
-      if (this.isOn) this.hover(this.isBusy() || this.viewport.isBeside(event.clientX) ? null : this.at(event));
+      if (this.isOn) this.#foresee(event);
     });
   }
 
-  /** Highlights what is under the pointer: {object, element}, or null. */
-  hover(found) {
-    if (!found && !this.under) return;
-    if (found && this.under && found.object === this.under.object && String(found.element) === String(this.under.element)) return;
-    this.under = found;
-    if (found) this.hovered.highlight(this.objects[found.object], this.kind, [found.element]);
-    else this.hovered.clear();
+  /** Highlights elements of an object that would be selected now. */
+  hover(i, list = []) {
+    const under = `${i} ${this.kind} ${list.join(' ')}`;
+    if (under === this.under || (list.length === 0 && !this.under)) return;
+    this.under = list.length > 0 ? under : null;
+    this.hovered.highlight(this.objects[i], this.kind, list);
     this.viewport.invalidate();
   }
 
@@ -215,7 +236,7 @@ export class Picker {
   /** Disables picking until the next cage. */
   close() {
     this.clear();
-    this.hover(null);
+    this.hover();
     delete this.viewport.canvas.dataset.pickable;
     for (const { solid } of this.objects) solid.geometry.dispose();
     this.objects = [];

@@ -60,7 +60,7 @@ export class Selection {
     const { mesh, list } = this;
     const points = mesh && list?.length > 0 ? mesh.pointsIn(this.kind, list) : [];
     this.kind = this.picker.kind = kind;
-    this.picker.hover(null);
+    this.picker.hover();
     this.set(points.length > 0 ? mesh.within(kind, points) : []);
   }
 

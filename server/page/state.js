@@ -108,10 +108,13 @@ export function step(next) {
   isStepping = false;
 }
 
-/** Shows another model with default settings for its parts; adds an entry to the browser's history. */
+/** Shows another model with default settings for its parts; adds an entry to the browser's history. The same one is opened
+ *  again: it may be that it could not be. */
 export function openOther(model) {
-  if (values.model && model !== values.model) history.pushState(null, '', location.href);
+  const isSame = model === values.model;
+  if (values.model && !isSame) history.pushState(null, '', location.href);
   change({ model, ...OF_MODEL, ...OF_SURFACE });
+  if (isSame) for (const listener of listeners) listener(new Set(['model']));
 }
 
 /** Writes a value to the URL without notifying listeners: the time while a clip plays. */

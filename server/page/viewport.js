@@ -31,6 +31,9 @@ const SLOW_FROM = 100000; // triangles from which on a picture is drawn in the b
 const REST_MS = 250; // without another picture, after which the picture is drawn fine
 const STILL = 5; // pixels that the pointer may move during a click
 
+/** Whether the pointer has hardly moved between two events. */
+export const isStill = (from, to) => Math.hypot(to.clientX - from.clientX, to.clientY - from.clientY) <= STILL;
+
 const DULL = 0.5; // the most that a material is a metal where there are no surroundings to reflect: it would be black
 
 function dispose(root) {
@@ -195,7 +198,7 @@ export class Viewport {
 
   /** uses: those of `afterFrame` that waited when the drawing began. */
   #endFrame(uses) {
-    this.isSlow = this.triangles > SLOW_FROM && this.isSoftware;
+    this.isSlow = this.#isSlowAt(this.triangles);
     this.isMoved = false;
     this.ended = performance.now();
     for (const use of uses) use(this.canvas);
@@ -264,11 +267,11 @@ export class Viewport {
   /** use(event) is called for clicks and taps on this model's side of the picture. */
   onClick(use) {
     let from = null;
-    this.canvas.addEventListener('pointerdown', ({ clientX, clientY }) => (from = [clientX, clientY]));
+    this.canvas.addEventListener('pointerdown', (event) => (from = event));
     this.canvas.addEventListener('pointerup', (event) => {
-      const [x, y] = from ?? [Infinity, 0];
+      const isClick = event.button === 0 && from && isStill(from, event) && !this.isBeside(from.clientX);
       from = null;
-      if (event.button === 0 && Math.hypot(event.clientX - x, event.clientY - y) <= STILL && !this.isBeside(x)) use(event);
+      if (isClick) use(event);
     });
   }
 
@@ -373,7 +376,7 @@ export class Viewport {
         object.material = vertexColors || flatShading ? Object.assign(plain.clone(), { vertexColors, flatShading }) : plain;
         if (vertexColors) object.material.color.set(0xffffff);
       } else if (object.material.metalness > 0) metal = true;
-      Object.assign(object.material, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }); // so that lines are drawn in front
+      Object.assign(object.material, { polygonOffsetFactor: 1, polygonOffsetUnits: 1 }); // so that lines are drawn in front
       object.userData.own = object.material;
     });
     if (metal && this.isSoftware) scene.traverse(({ material }) => material?.metalness > DULL && (material.metalness = DULL));
@@ -402,7 +405,13 @@ export class Viewport {
     this.skeleton = new Skeleton(nodes);
     this.isBare = parsed.bearers.length === 0; // only a clip: nothing but its joints can be shown
     this.own.add(scene, this.skeleton.object);
+    const triangles = this.#solids.reduce((sum, { geometry }) => sum + (geometry.index ?? geometry.attributes.position).count / 3, 0);
+    this.isSlow ||= this.#isSlowAt(triangles); // the first picture of a large one would hold the page for seconds
     this.show(this.shown);
+  }
+
+  #isSlowAt(triangles) {
+    return this.isSoftware && triangles > SLOW_FROM;
   }
 
   clearModel() {
@@ -470,6 +479,7 @@ export class Viewport {
         if (!object.isMesh || !object.userData.own) return;
         object.material = names.has('uv') && object.geometry.attributes.uv ? checkered() : object.userData.own;
         object.material.visible = names.has('surface');
+        object.material.polygonOffset = names.has('cage') || names.has('wireframe'); // steep triangles sink behind what is behind them: dots along folds
       });
       wireframe.show(names.has('wireframe'));
     }

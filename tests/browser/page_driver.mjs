@@ -18,10 +18,16 @@ export const DESKTOP = { viewport: { width: 1280, height: 800 } };
 export const TABLET = { viewport: { width: 900, height: 700 }, colorScheme: 'dark' };
 export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true, isMobile: true };
 
-/** Within the page: answers what asks for the level to open a model with. */
+/** Within the page: what asks for the level to open a model with is told of level 2. */
 function answerLevel2() {
   const { fetch } = window;
-  window.fetch = (url, init) => (/[?&]level=auto/.test(url) ? Promise.resolve(Response.json({ level: 2 })) : fetch(url, init));
+  window.fetch = (url, init) => {
+    const asked = new URL(url, document.baseURI);
+    if (asked.searchParams.get('level') !== 'auto') return fetch(url, init);
+    asked.searchParams.set('level', 2);
+    for (const name of ['error', 'faces']) asked.searchParams.delete(name);
+    return fetch(asked, init);
+  };
 }
 
 /** A page in a context of its own. */

@@ -145,9 +145,11 @@ visits('loops, rings, growth, all and none, and a box', { hash }, async (visit) 
   await page.mouse.down();
   await hand.pointAt([2.2, 0, 2.2], [0, 30]);
   await visit.drawn();
-  assert.ok(await page.locator('.box').isVisible());
+  await visit.wait(() => document.querySelector('.box').textContent);
+  const foreseen = await page.locator('.box').innerText();
   await page.mouse.up();
   const some = parseInt(await hand.said, 10);
+  assert.equal(Number(foreseen), some, 'what the box holds is told before it is selected');
   assert.ok(some >= 4 && some <= 16, `${some} faces`);
   await page.getByLabel('Selection').fill('{"facing": [0, 1, 0], "within": 10}');
   await page.keyboard.press('Enter');
@@ -172,6 +174,34 @@ visits('a finger moves what is selected', { hash, ...PHONE }, async (visit) => {
   const { edit, distance } = (await hand.edits).at(-1);
   assert.equal(edit, 'extrude');
   assert.ok(distance > 0.1, `${distance}`);
+});
+
+visits('a finger sees what it will select, by a press and by boxes', { hash, ...PHONE, deviceScaleFactor: 1 }, async (visit) => {
+  const hand = await Hand.begin(visit);
+  const { page } = hand;
+  await page.evaluate(() => scrollTo(0, 0));
+  await page.getByRole('button', { name: 'None' }).tap();
+  await page.evaluate(() => scrollTo(0, 0));
+  const session = await page.context().newCDPSession(page);
+  const { x, y } = await page.locator('#view').boundingBox();
+  const touch = async (type, place, by = [0, 0]) => {
+    const at = place && (await hand.at(place));
+    await session.send('Input.dispatchTouchEvent', { type, touchPoints: at ? [{ x: x + at.x + by[0], y: y + at.y + by[1] }] : [] });
+    await visit.drawn();
+  };
+  const bare = await visit.pixels();
+  await touch('touchStart', [0, 1, 0]);
+  assert.ok(difference(bare, await visit.pixels()) > 0.01, 'the face under the finger is marked');
+  await touch('touchEnd');
+  assert.equal(await hand.said, '1 face');
+  await page.getByRole('button', { name: 'Select by a box (B)' }).tap();
+  for (const [place, most] of [[[1, 0, 0], 2], [[0, 0, 1], 3]]) {
+    await touch('touchStart', place, [-12, -12]);
+    await touch('touchMove', place, [12, 12]);
+    await visit.wait(() => document.querySelector('.box').textContent === '1');
+    await touch('touchEnd');
+    assert.equal(await hand.said, `${most} faces`, 'a box of a finger adds, as its taps do');
+  }
 });
 
 /** A ship is whole, its last edits are undone and redone, and what is downloaded is its surface. act: by 'Undo' or 'Redo'. */

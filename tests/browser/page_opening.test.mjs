@@ -116,6 +116,7 @@ visits('a level that is refused leaves the picture, the slider and the address o
   await page.locator('.notice', { hasText: 'Level 15 cannot be shown' }).waitFor();
   await visit.wait(() => document.querySelector('[aria-label=Level]').value === '2' && /level=2(&|$)/.test(location.hash));
   assert.match(await visit.text('#facts'), /^Level 2/);
+  await visit.drawn();
   assert.ok(covered(await visit.pixels()) > 0.05);
   // One that opens so falls back to its control mesh.
   const other = await Visit.begin(site.browser, `${daemon.url}/`, { hash: `#model=${idOf(visit)}&level=15&show=surface`, refused: [422] });
@@ -149,6 +150,21 @@ visits('a first level that is cancelled leaves the control mesh; a model that is
   await visit.level(2);
   assert.ok(await blank(visit).isHidden());
   assert.ok(covered(await visit.pixels()) > 0.02);
+});
+
+visits('a file whose opening was cancelled opens when it is given again', {}, async (visit) => {
+  await visit.level(2);
+  const { page } = visit;
+  const isOne = /\/v1\/models\/\w+$/;
+  await page.route(isOne, () => {}); // it is never answered
+  await drop(visit, { 'again.obj': PYRAMID });
+  await page.locator('#busy-text', { hasText: 'Reading the model' }).waitFor();
+  await page.locator('#cancel').click();
+  await blank(visit).getByRole('heading', { name: 'The model cannot be opened' }).waitFor();
+  await page.unroute(isOne);
+  await drop(visit, { 'again.obj': PYRAMID });
+  await visit.wait(() => document.getElementById('facts').textContent.includes(' 64 faces'));
+  assert.ok(await blank(visit).isHidden());
 });
 
 visits('numbers are taken as the browser’s language writes them, by Enter, and what is none is said', { first: 'cube.obj', hash: '#tab=edit', locale: 'de-DE' }, async (visit) => {

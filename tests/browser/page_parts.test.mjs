@@ -141,6 +141,17 @@ test('a small model opens with the level whose error is not seen, of at most 50,
   assert.deepEqual(asked, [['count', { level: 'auto', error: '0.1%', faces: 50000, limit: 'true', encoding: 'float' }]]);
 });
 
+test('the counts of the level that a model opens with are asked for once', async () => {
+  const { opening, asked } = opened({ counts: { level: 4, bytes: 7 } });
+  const model = withEdges(12);
+  const options = { level: 'auto', encoding: 'meshopt' };
+  assert.equal(await opening.level(model, options, { signal }), 4);
+  for (const [of, given, times] of [[model, { ...options, level: 4 }, 1], [model, { ...options, level: 4, limit: 'true' }, 2], [withEdges(12), { ...options, level: 4 }, 3]]) {
+    assert.equal((await opening.surface(of, given, { signal })).counts.bytes, 7);
+    assert.equal(asked.filter(([what]) => what === 'count').length, times);
+  }
+});
+
 test('a model whose errors take long, or are not told, opens with level 2, or the highest under 200,000 faces', async () => {
   assert.deepEqual([12, 25000, 25001, 100001].map((edges) => firstLevel(withEdges(edges))), [2, 2, 1, 0]);
   assert.equal(firstLevel({ meshes: [] }), 2);

@@ -37,6 +37,56 @@ visits('the tank is there, its cage over it', DESKTOP, async (visit) => {
   assert.match(await visit.text('#facts'), /^Level 2 · 3,530 points · 3,520 faces · 137 kB · [\d.]+ ms$/);
 });
 
+/** A ball with steep folds in 2 n x n quads, as OBJ. */
+function folds(n) {
+  const at = (i, k) => i * 2 * n + (k % (2 * n)) + 1;
+  const points = Array.from({ length: 2 * n * (n + 1) }, (_, i) => {
+    const [a, b] = [(Math.PI * (Math.floor(i / (2 * n)) + 0.5)) / (n + 1), (Math.PI * (i % (2 * n))) / n];
+    const radius = 1 + Math.sin(a) ** 2 * (0.1 * Math.sin(9 * b + 3 * Math.sin(5 * a)) + 0.06 * Math.tanh(4 * Math.sin(23 * a + 2 * Math.sin(3 * b))));
+    return `v ${[Math.sin(a) * Math.cos(b), Math.cos(a), Math.sin(a) * Math.sin(b)].map((x) => (radius * x).toFixed(5)).join(' ')}`;
+  });
+  const faces = Array.from({ length: 2 * n * n }, (_, i) => {
+    const [row, k] = [Math.floor(i / (2 * n)), i % (2 * n)];
+    return `f ${at(row, k)} ${at(row, k + 1)} ${at(row + 1, k + 1)} ${at(row + 1, k)}`;
+  });
+  return [...points, ...faces, ''].join('\n');
+}
+
+/** How many pixels are brighter than all that are round them. */
+function dots(pixels, width) {
+  let count = 0;
+  const beside = [-1, 0, 1].flatMap((y) => [-1, 0, 1].map((x) => 4 * (y * width + x))).filter(Boolean);
+  for (let i = 4 * (width + 1); i < pixels.length - 4 * (width + 1); i += 4) if (beside.every((way) => pixels[i] - pixels[i + way] > 40)) count++;
+  return count;
+}
+
+visits('no dots along the folds of a dense surface', { ...ALL_PIXELS, hash: '#show=surface&panel=0' }, async (visit) => {
+  await visit.level(2);
+  await drop(visit, { 'folds.obj': folds(200) });
+  await visit.wait(() => document.getElementById('facts').textContent.includes('80,000 faces'));
+  await visit.drawn();
+  await visit.picture('folds');
+  const found = dots(await visit.pixels(), 1120);
+  assert.ok(found < 5, `${found} dots`);
+});
+
+visits('on a phone no label of a field touches it', { first: 'cube.obj', ...PHONE, hash: '#tab=edit' }, async (visit) => {
+  await visit.level(2);
+  for (const kind of ['Faces', 'Edges', 'Points']) {
+    await visit.page.getByRole('button', { name: kind, exact: true }).and(visit.page.locator('.chip')).first().tap();
+    const gaps = await visit.page.evaluate(() => {
+      for (const details of document.querySelectorAll('#panel details')) details.open = true;
+      return [...document.querySelectorAll('#panel .parameter')].filter((label) => label.checkVisibility()).map((label) => {
+        const text = document.createRange();
+        text.selectNodeContents(label.firstChild);
+        return [label.textContent, label.lastChild.getBoundingClientRect().left - text.getBoundingClientRect().right];
+      });
+    });
+    assert.ok(gaps.length > 5, `${gaps.length} fields`);
+    assert.deepEqual(gaps.filter(([, gap]) => gap < 5), [], kind);
+  }
+});
+
 /** A square of side 1 in n x n quads, as OBJ. */
 function grid(n) {
   const points = Array.from({ length: (n + 1) ** 2 }, (_, i) => `v ${(i % (n + 1)) / n} ${Math.floor(i / (n + 1)) / n} 0`);
