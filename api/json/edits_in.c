@@ -436,8 +436,6 @@ static tw_status read_edits(const api_value *array, tw_edit **out, uint32_t *cou
  * attempt; and how many edits may each process a mesh that fills the room. */
 enum { EDIT_BYTES = 256, FIRST_ROOM = 1 << 16, EDITS_OF_MOST = 16 };
 
-/* The size of what edits make is known only when they are applied: they begin with little room, and are
- * applied anew with more where it does not suffice. */
 /* Moves the places that an edit names into the frame of a mesh that lies far from the origin. */
 static tw_status enter_frame(const api_value *object, const double origin[3], tw_edit *edit) {
   double *places[] = {edit->selection.min, edit->selection.max, NULL};
@@ -464,6 +462,8 @@ static tw_status enter_frames(const api_value *array, const double origin[3], tw
   return status;
 }
 
+/* The size of what edits make is known only when they are applied: they begin with little room, and are
+ * applied anew with more where it does not suffice. */
 tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_mesh *out, tw_made **made,
                           uint32_t *made_count) {
   const api_json *json = array->json;

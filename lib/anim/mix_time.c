@@ -152,42 +152,46 @@ static bool do_rise(const float *times, uint32_t count) {
   return !falls;
 }
 
-/* The end of the run of values in [start, end) that begins with `first`. rise: none is below one before. */
-static uint32_t run_end(const double *values, bool rise, uint32_t first, uint32_t count, double start,
+/* The end of the run of times in [start, end) that begins with `first`. rise: none is below one before. */
+static uint32_t run_end(const float *times, bool rise, uint32_t first, uint32_t count, double start,
                         double end) {
-  if (rise && values[count - 1] < end) return count;
+  if (rise && (double)times[count - 1] < end) return count;
   uint32_t i = first + 1;
-  while (i < count && values[i] >= start && values[i] < end) i++;
+  while (i < count && (double)times[i] >= start && (double)times[i] < end) i++;
   return i;
 }
 
-/* The phases at times of which all those between two knots follow each other in one loop. */
-static void fill_phases(const mix_time *mix, const double *restrict times, bool rise, uint32_t count,
-                        double *restrict phases) {
-  for (uint32_t i = 0; i < count;) {
-    uint32_t index = find_knot(mix, times[i]);
+/* The phases, of which all those between two knots follow each other in one loop. */
+static void fill_phases(const mix_time *mix, mix_moments *at) {
+  const float *times = at->times;
+  double *phases = at->phases;
+  for (uint32_t i = 0; i < at->count;) {
+    uint32_t index = find_knot(mix, (double)times[i]);
     const phase_knot knot = mix->knots[index];
     double next = index + 1 < mix->knot_count ? mix->knots[index + 1].time : INFINITY;
-    uint32_t end = run_end(times, rise, i, count, knot.time, next);
+    uint32_t end = run_end(times, at->rise, i, at->count, knot.time, next);
     if (knot.growth == 0)
-      for (; i < end; i++) phases[i] = knot.phase + phase_gained_evenly(&knot, times[i] - knot.time);
+      for (; i < end; i++) phases[i] = knot.phase + phase_gained_evenly(&knot, (double)times[i] - knot.time);
     else
-      for (; i < end; i++) phases[i] = knot.phase + phase_gained(&knot, times[i] - knot.time);
+      for (; i < end; i++) phases[i] = knot.phase + phase_gained(&knot, (double)times[i] - knot.time);
   }
 }
 
 void tw_mix_moments(const mix_time *mix, const float *times, uint32_t count, mix_moments *out) {
-  const mix_time of = *mix; /* may be kept in registers */
+  const float end = (float)mix->duration;
   out->count = count;
-  for (uint32_t i = 0; i < count; i++) out->times[i] = mix_clamp(&of, times[i]);
+  for (uint32_t i = 0; i < count; i++) {
+    float time = times[i] < end ? times[i] : end;
+    out->times[i] = time > 0 ? time : 0;
+  }
   out->rise = do_rise(times, count);
-  if (mix->knot_count > 0) fill_phases(mix, out->times, out->rise, count, out->phases);
+  if (mix->knot_count > 0) fill_phases(mix, out);
 }
 
 double tw_mix_phase(const mix_time *mix, double time) {
-  double phase = 0;
-  if (mix->knot_count > 0) fill_phases(mix, &time, true, 1, &phase);
-  return phase;
+  if (mix->knot_count == 0) return 0;
+  const phase_knot *knot = &mix->knots[find_knot(mix, time)];
+  return knot->phase + phase_gained(knot, time - knot->time);
 }
 
 /* Whether a layer sets the rate of the phase. */
@@ -339,16 +343,17 @@ layer_state tw_layer_at(const mix_time *mix, uint32_t index, double time, double
 
 /* The weights at many times, of which all those between two keys follow each other in one loop. */
 static void fill_weights(const tw_layer *layer, const mix_moments *at, float *restrict weights) {
-  const double *times = at->times;
+  const float *times = at->times;
   for (uint32_t i = 0; i < at->count;) {
     double constant;
-    if (is_constant_at(layer, times[i], &constant)) {
+    if (is_constant_at(layer, (double)times[i], &constant)) {
       weights[i++] = (float)constant;
       continue;
     }
-    const weight_ramp ramp = ramp_after(layer, find_key(layer, times[i]));
+    const weight_ramp ramp = ramp_after(layer, find_key(layer, (double)times[i]));
+    const float start = (float)ramp.start, from = (float)ramp.from, slope = (float)ramp.slope;
     uint32_t end = run_end(times, at->rise, i, at->count, ramp.start, ramp.end);
-    for (; i < end; i++) weights[i] = (float)ramp_at(&ramp, times[i]);
+    for (; i < end; i++) weights[i] = from + slope * (times[i] - start);
   }
 }
 
@@ -373,17 +378,17 @@ void tw_layer_states(const mix_time *mix, uint32_t index, const mix_moments *at,
                      float *restrict weights) {
   const tw_layer *layer = &mix->layers[index];
   double duration = mix->durations[index], offset = layer->offset, speed = layer->speed, last = 1;
-  const double *times = at->times;
+  const float *times = at->times;
   uint32_t count = at->count;
   if (layer->is_synced && duration > 0)
     fill_rounds(at, offset / duration, duration, locals);
   else if (layer->is_synced)
     for (uint32_t i = 0; i < count; i++) locals[i] = 0;
   else if (layer->loop == TW_CLAMP)
-    for (uint32_t i = 0; i < count; i++) locals[i] = (float)(offset + speed * times[i]);
+    for (uint32_t i = 0; i < count; i++) locals[i] = (float)(offset + speed * (double)times[i]);
   else
     for (uint32_t i = 0; i < count; i++)
-      locals[i] = (float)looped(offset + speed * times[i], duration, layer->loop, &last);
+      locals[i] = (float)looped(offset + speed * (double)times[i], duration, layer->loop, &last);
   if (layer->weight_count == 1)
     for (uint32_t i = 0; i < count; i++) weights[i] = layer->weights[0];
   else

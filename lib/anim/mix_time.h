@@ -16,7 +16,7 @@ typedef struct mix_time {
   uint32_t layer_count;
   tw_layer *layers;  /* [layer_count] */
   double *durations; /* [layer_count] of the layers' clips */
-  double duration;   /* of the mixed clip */
+  double duration;   /* of the mixed clip: a float's */
   uint32_t knot_count;
   phase_knot *knots; /* [knot_count] from time 0 on; none where no layer is synchronised */
 } mix_time;
@@ -46,7 +46,8 @@ typedef struct mix_moments {
   uint32_t count;
   bool rise; /* no time, and so no phase, is before the one before it: what holds at the last one holds at all
               */
-  double times[TW_POSE_BLOCK], phases[TW_POSE_BLOCK];
+  float times[TW_POSE_BLOCK];
+  double phases[TW_POSE_BLOCK];
 } mix_moments;
 
 /* count: at most TW_POSE_BLOCK. */

@@ -77,22 +77,26 @@ typedef struct blend {
   uint32_t count, width;
   float *means;
   size_t step;
-  float totals[TW_POSE_BLOCK]; /* weights so far */
-  bool has_sums;
-  float norms[TW_POSE_BLOCK]; /* squares of lengths of rotations: 1, or a sum's */
+  bool has_begun;               /* else what is below is not set */
+  float totals[TW_POSE_BLOCK];  /* weights so far */
+  float lengths[TW_POSE_BLOCK]; /* of the sums of rotations whose directions the means are */
 } blend;
 
+/* Sets no arrays: most blends are of paths that no layer moves. */
 static void blend_init(blend *b, tw_path path, uint32_t width, float *means, size_t step, uint32_t count) {
   b->path = path;
   b->count = count;
   b->width = width;
   b->means = means;
   b->step = step;
-  b->has_sums = false;
-  for (uint32_t i = 0; i < count; i++) {
-    b->totals[i] = 0;
-    b->norms[i] = 1;
-  }
+  b->has_begun = false;
+}
+
+/* Nothing has a weight so far. */
+static void begin(blend *b) {
+  for (uint32_t i = 0; i < b->count; i++) b->totals[i] = 0;
+  for (uint32_t i = 0; b->path == TW_ROTATION && i < b->count; i++) b->lengths[i] = 1;
+  b->has_begun = true;
 }
 
 /* Adds the layer's weights to the totals. shares: the part of each value in its mean, 1 where it is the first
@@ -116,31 +120,31 @@ static void take_over(blend *b, const layer_values *layer, float *shares) {
 }
 
 /* Moves each sum of rotations by its share toward q or -q, whichever is on its side. What dot products tell
- * is computed in a loop of its own, which is vectorised: also the square of the new sum's length, so that the
- * sum is not read again for it. */
+ * is computed in a loop of its own, which is vectorised. */
 static void blend_rotations(blend *b, const layer_values *layer, const float *restrict shares) {
   const layer_values of = *layer; /* may be kept in registers */
-  float *restrict means = b->means, dots[TW_POSE_BLOCK], norms[TW_POSE_BLOCK], parts[TW_POSE_BLOCK];
+  float *restrict means = b->means, dots[TW_POSE_BLOCK], lengths[TW_POSE_BLOCK], keeps[TW_POSE_BLOCK],
+                  parts[TW_POSE_BLOCK];
   for (uint32_t i = 0; i < of.count; i++) {
     size_t at = of.step * place_of(&of, i);
     dots[i] = sum_of(load_four(means + at) * load_four(of.values + at));
-    norms[i] = b->norms[place_of(&of, i)];
+    lengths[i] = b->lengths[place_of(&of, i)];
   }
   for (uint32_t i = 0; i < of.count; i++) {
-    float share = shares[i], rest = 1 - share, side = dots[i] < 0 ? -1.0F : 1.0F;
-    parts[i] = share * side;
-    norms[i] = rest * rest * norms[i] + share * share + 2 * rest * parts[i] * dots[i];
+    float share = shares[i], held = (1 - share) * lengths[i], side = dots[i] < 0 ? -1.0F : 1.0F,
+          square = held * held + share * share + 2 * held * share * side * dots[i], scale = 1 / sqrtf(square);
+    keeps[i] = held * scale;
+    parts[i] = share * side * scale;
+    lengths[i] = square * scale;
   }
   for (uint32_t i = 0; i < of.count; i++) {
     size_t at = of.step * place_of(&of, i);
-    four q = load_four(of.values + at), sum = load_four(means + at),
-         moved = sum * (1 - shares[i]) + q * parts[i];
-    if (shares[i] == 0) moved = sum;
+    four q = load_four(of.values + at), mean = load_four(means + at), moved = mean * keeps[i] + q * parts[i];
+    if (shares[i] == 0) moved = mean;
     if (shares[i] == 1) moved = q;
     memcpy(means + at, &moved, sizeof moved);
   }
-  for (uint32_t i = 0; i < of.count; i++) b->norms[place_of(&of, i)] = norms[i];
-  b->has_sums = true;
+  for (uint32_t i = 0; i < of.count; i++) b->lengths[place_of(&of, i)] = lengths[i];
 }
 
 static inline void blend_vectors(blend *b, const layer_values *layer, const float *shares, uint32_t width) {
@@ -159,6 +163,7 @@ static inline void blend_vectors(blend *b, const layer_values *layer, const floa
 static void blend_layer(blend *b, const layer_values *layer, bool overrides) {
   float shares[TW_POSE_BLOCK];
   bool is_first = layer->values == b->means;
+  if (!b->has_begun) begin(b);
   if (overrides || is_first)
     take_over(b, layer, shares);
   else
@@ -170,17 +175,6 @@ static void blend_layer(blend *b, const layer_values *layer, bool overrides) {
     blend_vectors(b, layer, shares, 3);
   else
     blend_vectors(b, layer, shares, b->width);
-}
-
-/* Gives sums of rotations unit length. Roots and divisions have a loop of their own, which is vectorised. */
-static void end_sums(blend *b) {
-  float scales[TW_POSE_BLOCK];
-  if (!b->has_sums) return;
-  for (uint32_t i = 0; i < b->count; i++) scales[i] = 1 / sqrtf(b->norms[i]);
-  for (uint32_t i = 0; i < b->count; i++) {
-    four sum = load_four(b->means + b->step * i) * scales[i];
-    memcpy(b->means + b->step * i, &sum, sizeof sum);
-  }
 }
 
 /* ---- adding ---------------------------------------------------------------------------------- */
@@ -243,22 +237,21 @@ static void raise_turns(turns *restrict all, const float *restrict weights, uint
 }
 
 /* One step of Newton's gives unit length, which rotations have but for rounding; those without a weight stay
- * as they are. rotations, out: [count][4] */
-static void apply_turns(const turns *restrict all, const float *restrict weights,
-                        const float *restrict rotations, uint32_t count, float *restrict out) {
+ * as they are. rotations: [count][4] */
+static void apply_turns(const turns *restrict all, const float *restrict weights, uint32_t count,
+                        float *restrict rotations) {
   for (size_t i = 0; i < count; i++) {
-    const float *a = rotations + 4 * i;
-    float x = all->x[i], y = all->y[i], z = all->z[i], w = all->w[i], *q = out + 4 * i;
+    float x = all->x[i], y = all->y[i], z = all->z[i], w = all->w[i], *a = rotations + 4 * i;
     float q0 = a[3] * x + a[0] * w + a[1] * z - a[2] * y;
     float q1 = a[3] * y - a[0] * z + a[1] * w + a[2] * x;
     float q2 = a[3] * z + a[0] * y - a[1] * x + a[2] * w;
     float q3 = a[3] * w - a[0] * x - a[1] * y - a[2] * z;
     float excess = (q0 * q0 + q2 * q2) + (q1 * q1 + q3 * q3) - 1;
     float scale = 1 - (weights[i] == 0 ? 0 : 0.5F) * excess;
-    q[0] = q0 * scale;
-    q[1] = q1 * scale;
-    q[2] = q2 * scale;
-    q[3] = q3 * scale;
+    a[0] = q0 * scale;
+    a[1] = q1 * scale;
+    a[2] = q2 * scale;
+    a[3] = q3 * scale;
   }
 }
 
@@ -267,26 +260,28 @@ static void gather(const layer_values *layer, const float *values, size_t step, 
   for (uint32_t i = 0; i < layer->count; i++) memcpy(out[i], values + step * place_of(layer, i), sizeof *out);
 }
 
-/* references: [count][4]; without places, one for all. */
-static void add_rotations(float *rotations, const layer_values *layer, const float *references) {
-  float by_place[TW_POSE_BLOCK][4], turned[TW_POSE_BLOCK][4];
+/* references: [4], `step` floats apart; 0: one for all. */
+static void add_rotations(float *rotations, const layer_values *layer, const float *references, size_t step) {
+  float apart[TW_POSE_BLOCK][4];
   turns all;
-  if (layer->places) {
-    gather(layer, layer->values, layer->step, by_place);
-    find_turns(&all, references, 4, by_place[0], layer->count);
-    gather(layer, rotations, layer->step, by_place);
-  } else {
+  if (step == 0) { /* times of a track, of which values and rotations follow each other */
     find_turns(&all, references, 0, layer->values, layer->count);
+    raise_turns(&all, layer->weights, layer->count);
+    apply_turns(&all, layer->weights, layer->count, rotations);
+    return;
   }
+  gather(layer, layer->values, layer->step, apart);
+  find_turns(&all, references, 4, apart[0], layer->count);
   raise_turns(&all, layer->weights, layer->count);
-  apply_turns(&all, layer->weights, layer->places ? by_place[0] : rotations, layer->count, turned[0]);
+  gather(layer, rotations, layer->step, apart);
+  apply_turns(&all, layer->weights, layer->count, apart[0]);
   for (uint32_t i = 0; i < layer->count; i++)
-    memcpy(rotations + layer->step * place_of(layer, i), turned[i], sizeof *turned);
+    memcpy(rotations + layer->step * place_of(layer, i), apart[i], sizeof *apart);
 }
 
 /* references: as in add_rotations. */
-static void add_vectors(float *vectors, uint32_t width, const layer_values *layer, const float *references) {
-  size_t step = layer->places ? width : 0;
+static void add_vectors(float *vectors, uint32_t width, const layer_values *layer, const float *references,
+                        size_t step) {
   for (uint32_t i = 0; i < layer->count; i++) {
     if (layer->weights[i] == 0) continue;
     uint32_t place = place_of(layer, i);
@@ -320,7 +315,8 @@ static layer_values values_of(const mixing *mix, uint32_t layer, const pose_bloc
                               const float *weights, const tw_trs *poses) {
   const moved_nodes *moved = &mix->moved[layer][path];
   const uint32_t *starts = moved->starts + block->first / TW_POSE_BLOCK;
-  return (layer_values){starts[1] - starts[0], moved->places + starts[0], weights,
+  uint32_t count = starts[1] - starts[0];
+  return (layer_values){count, count == block->count ? NULL : moved->places + starts[0], weights,
                         (const float *)poses + floats_before(path), TRS_STEP};
 }
 
@@ -352,7 +348,6 @@ static void blend_poses(const tw_clip *clip, const pose_block *block, const laye
   }
   if (!has_started)
     for (uint32_t i = 0; i < block->count; i++) block->locals[i] = block->nodes[block->first + i].rest;
-  end_sums(&blends[TW_ROTATION]);
 }
 
 static void add_pose(const tw_clip *clip, uint32_t layer, const pose_block *block, const layer_state *state) {
@@ -368,9 +363,9 @@ static void add_pose(const tw_clip *clip, uint32_t layer, const pose_block *bloc
         moved->references + (size_t)width_of(path) * moved->starts[block->first / TW_POSE_BLOCK];
     float *locals = (float *)block->locals + floats_before(path);
     if (path == TW_ROTATION)
-      add_rotations(locals, &values, references);
+      add_rotations(locals, &values, references, 4);
     else
-      add_vectors(locals, 3, &values, references);
+      add_vectors(locals, 3, &values, references, 3);
   }
 }
 
@@ -437,7 +432,6 @@ static void blend_samples(const tw_clip *clip, uint32_t track, const sample_bloc
     has_started = true;
   }
   if (!has_started) put_rests(block, mix->rests[track], NULL);
-  if (block->path == TW_ROTATION) end_sums(&b);
 }
 
 static void add_samples(const tw_clip *clip, const track_part *part, const sample_block *block) {
@@ -446,9 +440,9 @@ static void add_samples(const tw_clip *clip, const track_part *part, const sampl
   tw_clip_sample(clip->parts[part->layer], part->track, samples.locals, block->count, samples.values);
   const layer_values values = {block->count, NULL, samples.weights, samples.values, block->width};
   if (block->path == TW_ROTATION)
-    add_rotations(block->out, &values, part->reference);
+    add_rotations(block->out, &values, part->reference, 0);
   else
-    add_vectors(block->out, block->width, &values, part->reference);
+    add_vectors(block->out, block->width, &values, part->reference, 0);
 }
 
 static void mixed_sample(const tw_clip *clip, uint32_t track, const float *times, size_t time_count,
