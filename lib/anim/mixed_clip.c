@@ -112,11 +112,8 @@ static void take_shares(blend *b, const layer_values *layer, float *restrict sha
 }
 
 /* The layer is all that there is so far, or takes the place of what there is. */
-static void take_over(blend *b, const layer_values *layer, float *shares) {
-  for (uint32_t i = 0; i < layer->count; i++) {
-    shares[i] = 1;
-    b->totals[place_of(layer, i)] = layer->weights[i];
-  }
+static void take_over(blend *b, const layer_values *layer) {
+  for (uint32_t i = 0; i < layer->count; i++) b->totals[place_of(layer, i)] = layer->weights[i];
 }
 
 /* Moves each sum of rotations by its share toward q or -q, whichever is on its side. What dot products tell
@@ -165,10 +162,11 @@ static void blend_layer(blend *b, const layer_values *layer, bool overrides) {
   bool is_first = layer->values == b->means;
   if (!b->has_begun) begin(b);
   if (overrides || is_first)
-    take_over(b, layer, shares);
+    take_over(b, layer);
   else
     take_shares(b, layer, shares);
   if (is_first) return;
+  for (uint32_t i = 0; overrides && i < layer->count; i++) shares[i] = 1;
   if (b->path == TW_ROTATION)
     blend_rotations(b, layer, shares);
   else if (b->width == 3)
