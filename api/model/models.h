@@ -51,7 +51,8 @@ typedef struct api_hard {
   uint64_t edges, corners;
 } api_hard;
 
-/* Warns of it, where it is anything, in the call's arena; NULL without memory. */
+/* The warning of edges and corners that are kept hard, of which there are some; in the call's arena. NULL
+ * without memory. */
 const char *api_hard_warning(api_call *call, api_hard hard);
 
 #endif

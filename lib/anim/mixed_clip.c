@@ -234,8 +234,9 @@ static void raise_turns(turns *restrict all, const float *restrict weights, uint
   }
 }
 
-/* One step of Newton's gives unit length, which rotations have but for rounding; those without a weight stay
- * as they are. rotations: [count][4] */
+/* Multiplies rotations by the turns. Products are as long as the rotations, which rounding leaves a little
+ * off 1: one Newton step for the inverse root corrects that. Where the weight is 0, the rotation stays
+ * as it is. rotations: [count][4] */
 static void apply_turns(const turns *restrict all, const float *restrict weights, uint32_t count,
                         float *restrict rotations) {
   for (size_t i = 0; i < count; i++) {

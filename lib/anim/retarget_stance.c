@@ -1,7 +1,7 @@
-/* A reference pose for skeletons whose rest pose is no person's: motion capture may rest with all bones along
- * one axis, legs folded up beside the trunk, and only its clips say how the figure stands. Such a skeleton is
- * carried over as if it rested as it stands straightest in the clip, upright and facing forwards in its own
- * world; unless the target rests folded too, as on itself a clip stays as it is. */
+/* A substitute for rest poses of motion capture in which all bones lie along one axis, with the legs folded
+ * up beside the trunk, so that only clips say how the figure stands. The pose of the clip in which the figure
+ * stands straightest, turned upright and forwards in its own world, takes the place of the rest pose. Where
+ * the target rests folded too, rest poses stay: a clip on its own skeleton must not change. */
 #include <math.h>
 #include <string.h>
 

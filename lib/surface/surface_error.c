@@ -18,7 +18,7 @@
  * around them, and a face is compared with what comes of it up to three levels deeper (error_sums.c).
  * 3. Where these are too many, faces whose only irregular point is smooth are measured once too, by the
  * points of two rows around it (error_rings.c). After two steps no face has a second such point, so those
- * steps are made for a batch of faces at a time.
+ * steps are made for a batch of faces at a time, and so are deeper ones that have no room at once.
  *
  * After the last step, what is left follows from the convex hull of the control points around a face, in
  * which all deeper levels and the limit lie, as masks have no negative weights.
@@ -548,7 +548,9 @@ static bool has_wide_fan(const tw_topology *t) {
   return v < t->vertex_count;
 }
 
-/* Whether open faces may be measured in batches: Loop's scheme has no rings, so that batches have no end. */
+/* Whether open faces may be measured in batches. After two steps no face has a second irregular point, so
+ * that patches and rings tell of faces, and a batch ends; Loop's scheme has neither. A batch that is too
+ * large on its own first level is not cut into batches again. */
 static bool can_batch(const tw_measuring *m, const tw_error_part *p) {
   return p->level > 0 && p->batch_level != p->level && !m->rules.loop && can_cut(m, p) &&
          !has_wide_fan(&p->topology);
@@ -564,12 +566,12 @@ static tw_status narrow(const tw_measuring *m, tw_error_part *p, const tw_error_
        has_rings = is_narrowed && p->topology.face_size == 4;
   double limit = is_last ? INFINITY : is_narrowed ? wish->enough / SMALL_PART : 0;
   tw_status status = TW_OK;
+  /* Where level 2 fills half of the room, what is around its irregular points may be too large on level 3. */
   if (p->level == 1 && 2 * count_children(m, p) > m->faces_max && can_batch(m, p))
-    return measure_batches(m, p, wish,
-                           found); /* else what is around the points of level 2 may be too large */
+    return measure_batches(m, p, wish, found);
   if (has_rings && (p->batch_level > 0 || is_too_large(m, p))) status = settle_rings(m, p, false, found);
-  if (p->batch_level == 1 && p->level == 1)
-    return status; /* its faces stay together for the rings of level 2 */
+  /* The faces of a batch of level 1 stay together for the rings of level 2. */
+  if (p->batch_level == 1 && p->level == 1) return status;
   for (int attempt = SMALL_ONES; p->open_count > 0 && status == TW_OK; attempt++) {
     double *rests = NULL, most = 0;
     if (attempt == MEASURED) settle_measured(p, found);
@@ -718,8 +720,9 @@ static tw_status measure_batch(const tw_measuring *m, tw_error_part *p, const tw
   tw_error_part part = {.batch_level = p->level, .level = p->level, .open_count = p->open_count};
   findings found = {.arena = tw_arena_create(), .first = p->level, .last = p->level};
   tw_status status = corners && found.arena ? cut_out(m, p, corners, count, &part) : TW_NO_MEMORY;
-  part.made = NULL;                                    /* a beginning of its own */
-  memcpy(found.settled, bounds, sizeof found.settled); /* less than earlier batches have is not told apart */
+  part.made = NULL; /* a batch begins anew: its faces are numbered as they are made */
+  /* Distances of at most those of earlier batches need no closer look. */
+  memcpy(found.settled, bounds, sizeof found.settled);
   if (status == TW_OK) status = keep_made(&found, &part);
   if (status == TW_OK) status = measure(m, &part, wish, &found);
   if (status == TW_OK) status = sum_up(&found, m->rules.loop, LEVELS_MAX, 0, own);
@@ -739,8 +742,8 @@ static tw_status measure_batch(const tw_measuring *m, tw_error_part *p, const tw
 /* Measures open faces whose children are too many, some after the others. None is open then. */
 static tw_status measure_batches(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish,
                                  findings *found) {
-  const uint32_t part = p->level == 1 ? 8 : 32, /* the deeper, the more is around each */
-      batch = m->faces_max / part + 1;
+  /* Open faces of deeper levels lie apart, and each needs the faces around it. */
+  const uint32_t part = p->level == 1 ? 8 : 32, batch = m->faces_max / part + 1;
   uint32_t *open = list_open(p), count = p->open_count;
   tw_status status = open ? TW_OK : TW_NO_MEMORY;
   for (uint32_t i = 0; i < count && open; i++) p->states[open[i]] = TW_FACE_AROUND;

@@ -481,7 +481,8 @@ static tw_node *hang(biped *b) {
   return top;
 }
 
-/* The farthest that an end is from where the source, as it was made, has it in a world of such signs. */
+/* The greatest distance of a hand, a foot or the head from its place in `from`, the source before it got
+ * signs, mirrored by these. */
 static double worst_below(const biped *from, biped *source, const biped *target, const float signs[3]) {
   tw_arena *arena = tw_arena_create();
   tw_retarget_job job = job_of(source, target);
@@ -563,7 +564,7 @@ static void begin_in_t_pose(biped *b) {
   for (uint32_t i = 0; i < b->count; i++) memcpy(b->turns[i][0], i == 0 ? turned : none, sizeof none);
 }
 
-/* Lays the clip's world on its back: z is up. */
+/* Turns the clip's world so that z is up. */
 static void lay_down(biped *b) {
   static const double back[4] = {0.70710678118654752, 0, 0, 0.70710678118654752};
   for (int key = 0; key < BIPED_KEYS; key++) {
