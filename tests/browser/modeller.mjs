@@ -12,7 +12,7 @@ export class Modeller {
   }
 
   get id() {
-    return new URLSearchParams(new URL(this.page.url()).hash.slice(1)).get('model');
+    return this.visit.model();
   }
 
   get edits() {
@@ -25,7 +25,7 @@ export class Modeller {
 
   /** Does something, and waits for the model that it opens. */
   async opens(action) {
-    const before = this.id;
+    const before = await this.id;
     await action();
     await this.visit.wait((id) => !location.hash.includes(`model=${id}`) && document.getElementById('facts').textContent.startsWith('Level'), before);
     await this.ready();

@@ -108,6 +108,16 @@ export class Visit {
     });
   }
 
+  /** The address as the page has it: page.url() is told of a change a moment later. */
+  address() {
+    return this.page.evaluate(() => location.href);
+  }
+
+  /** The id of the model that is shown. */
+  async model() {
+    return new URLSearchParams(new URL(await this.address()).hash.slice(1)).get('model');
+  }
+
   tab(name) {
     return this.page.getByRole('tab', { name }).click();
   }

@@ -58,7 +58,7 @@ visits('a tank hull is made by clicks from one box', { hash }, async (visit) => 
   assert.ok(difference(box, await visit.pixels()) > 0.05);
   await visit.picture('hull');
 
-  const { vertices, edges, faces, creases } = await described(modeller.id);
+  const { vertices, edges, faces, creases } = await described(await modeller.id);
   assert.deepEqual({ vertices, edges, faces, creases }, { vertices: 28, edges: 52, faces: 26, creases: 2 });
   const script = [
     { edit: 'loop_cut', edge: [7, 5], cuts: 2 },
@@ -69,20 +69,20 @@ visits('a tank hull is made by clicks from one box', { hash }, async (visit) => 
   ];
   const written = await store({ meshes: [{ shape: { kind: 'box', size: [2, 0.8, 4], segments: [1, 1, 1] }, edits: script }] });
   const unnamed = (text) => text.replace(/^o .*$/gm, 'o');
-  assert.equal(unnamed(await surface(modeller.id)), unnamed(await surface(written)), 'a script of edits makes the same model');
+  assert.equal(unnamed(await surface(await modeller.id)), unnamed(await surface(written)), 'a script of edits makes the same model');
 
   // The line of curl makes it too; each step has an address.
   const line = await page.locator('#panel-edit pre').innerText();
   const { stdout } = await promisify(execFile)('bash', ['-c', line.replace(/^curl /, 'curl -s ')]);
-  assert.equal(JSON.parse(stdout).id, modeller.id);
-  const here = page.url();
+  assert.equal(JSON.parse(stdout).id, await modeller.id);
+  const here = await visit.address();
   await page.locator('#view').focus();
   for (const [keys, edits] of [['Control+z', 4], ['Control+z', 3], ['Control+Shift+z', 4], ['Control+Shift+z', 5]]) {
     await modeller.opens(() => page.keyboard.press(keys));
     assert.equal((await modeller.edits).length, edits, keys);
   }
   assert.ok(await page.getByRole('button', { name: 'Redo' }).isDisabled());
-  assert.equal(page.url(), here);
+  assert.equal(await visit.address(), here);
   const other = await Visit.begin(site.browser, here);
   await other.wait(() => document.querySelector('[aria-label=Edits]')?.value.includes('crease'));
   assert.equal((await new Modeller(other).edits).length, 5);
@@ -110,13 +110,13 @@ visits('the list of edits is changed as text, and taken back', { hash, refused: 
   const modeller = new Modeller(visit);
   const { page } = modeller;
   await modeller.box('2, 1, 2');
-  const plain = modeller.id;
+  const plain = await modeller.id;
   await page.getByRole('textbox', { name: 'Edits' }).fill('[{"edit": "extrude", "faces": {"facing": [0, 1, 0]}, "distance": 2}]');
   await page.route('**/v1/models?name=*', (route) => route.abort('connectionrefused'), { times: 1 });
   await page.getByRole('button', { name: 'Apply', exact: true }).click();
   await modeller.opens(() => page.locator('.notice', { hasText: 'This cannot be done' }).getByRole('button', { name: 'Try again' }).click());
   visit.faults = visit.faults.filter((fault) => !fault.includes('ERR_CONNECTION_REFUSED'));
-  assert.deepEqual((await described(modeller.id)).bounds.max, [1, 2.5, 1]);
+  assert.deepEqual((await described(await modeller.id)).bounds.max, [1, 2.5, 1]);
   await page.getByRole('textbox', { name: 'Edits' }).fill('[{"edit": "extrude", "faces": [99], "distance": 2}]');
   await page.getByRole('button', { name: 'Apply', exact: true }).click();
   await page.getByText('/meshes/0/edits/0/faces/0').waitFor();
@@ -124,7 +124,7 @@ visits('the list of edits is changed as text, and taken back', { hash, refused: 
   await page.getByRole('button', { name: 'Apply', exact: true }).click();
   await page.getByText('The list is no JSON').waitFor();
   await modeller.press('Undo');
-  assert.equal(modeller.id, plain);
+  assert.equal(await modeller.id, plain);
 });
 
 visits('edits are made by keyboard alone', { hash }, async (visit) => {
@@ -137,7 +137,7 @@ visits('edits are made by keyboard alone', { hash }, async (visit) => {
     await visit.wait(() => document.activeElement.role === 'menuitem');
     for (const key of ['ArrowDown', 'Enter']) await page.keyboard.press(key);
   });
-  assert.equal((await described(modeller.id)).faces, 16);
+  assert.equal((await described(await modeller.id)).faces, 16);
   await page.locator('#view').focus();
   for (const key of ['n', 'n', 'Shift+N', 'p']) await page.keyboard.press(key);
   assert.deepEqual(await modeller.selection, [1]);
@@ -151,7 +151,7 @@ visits('edits are made by keyboard alone', { hash }, async (visit) => {
     await page.getByRole('button', { name: 'Subdivide', exact: true }).focus();
     await page.keyboard.press('Enter');
   });
-  assert.equal((await described(modeller.id)).faces, 64);
+  assert.equal((await described(await modeller.id)).faces, 64);
 });
 
 visits('each shape is one to start from', { hash }, async (visit) => {
@@ -159,7 +159,7 @@ visits('each shape is one to start from', { hash }, async (visit) => {
   const modeller = new Modeller(visit);
   for (const [kind, faces] of [['Sphere', 24], ['Globe', 128], ['Icosphere', 80], ['Ellipsoid', 24], ['Cylinder', 10], ['Cone', 9], ['Torus', 72]]) {
     await modeller.shape(kind);
-    assert.equal((await described(modeller.id)).faces, faces, kind);
+    assert.equal((await described(await modeller.id)).faces, faces, kind);
     assert.ok(covered(await visit.pixels()) > 0.05, kind);
   }
 });
@@ -168,24 +168,24 @@ visits('a file that somebody else made is edited', { hash }, async (visit) => {
   await visit.level(2);
   const modeller = new Modeller(visit);
   await modeller.drop('pyramid.obj', PYRAMID);
-  const source = modeller.id;
+  const source = await modeller.id;
   await modeller.click([0, 0.5, 0.66]);
   assert.deepEqual(await modeller.selection, [3]);
   await modeller.press('Extrude');
   await modeller.press('Inset');
-  const made = modeller.id;
+  const made = await modeller.id;
   assert.equal((await described(made)).faces, 5 + 3 + 3);
   const line = await modeller.page.locator('#panel-edit pre').innerText();
   const { stdout } = await promisify(execFile)('bash', ['-c', line.replace(/^curl /, 'curl -s ')]);
   assert.equal(JSON.parse(stdout).id, made);
-  const other = await Visit.begin(site.browser, modeller.page.url());
+  const other = await Visit.begin(site.browser, await modeller.visit.address());
   await other.wait(() => document.querySelector('[aria-label=Edits]')?.value.includes('inset'));
   await other.end();
   await modeller.press('Undo');
   assert.deepEqual((await modeller.edits).map(({ edit }) => edit), ['extrude']);
   await modeller.press('Undo');
-  assert.equal(modeller.id, source);
-  assert.doesNotMatch(modeller.page.url(), /from=|edits=/);
+  assert.equal(await modeller.id, source);
+  assert.doesNotMatch(await modeller.visit.address(), /from=|edits=/);
 });
 
 visits('taps select one more each', { hash, ...PHONE }, async (visit) => {
@@ -209,7 +209,7 @@ visits('faces have the numbers of the file, whatever their materials and holes',
   }
   await modeller.page.getByLabel('Move: by').fill('0 1 0');
   await modeller.press('Move');
-  assert.deepEqual((await described(modeller.id)).bounds.max, [2, 1, 1]);
+  assert.deepEqual((await described(await modeller.id)).bounds.max, [2, 1, 1]);
   assert.deepEqual(await modeller.selection, [3]);
   await modeller.click([-0.5, 0, 0]);
   assert.deepEqual(await modeller.selection, [1]);
@@ -226,6 +226,6 @@ visits('one mesh of several is edited', { hash: `${hash}&show=surface,cage` }, a
   await modeller.click([1, 0, 0.5]);
   assert.match(await visit.text('#panel-edit .selected'), /1 face of right/);
   await modeller.press('Extrude');
-  const { meshes } = JSON.parse(await (await fetch(`${daemon.url}/v1/models/${modeller.id}/source`)).text());
+  const { meshes } = JSON.parse(await (await fetch(`${daemon.url}/v1/models/${await modeller.id}/source`)).text());
   assert.deepEqual(meshes.map(({ edits }) => edits?.length ?? 0), [0, 1]);
 });

@@ -41,7 +41,7 @@ class Hand extends Modeller {
 visits('extrude, inset and a cut by keys, with a typed amount, by the mouse, and cancelled', { hash }, async (visit) => {
   const hand = await Hand.begin(visit);
   const { page } = hand;
-  const plain = hand.id;
+  const plain = await hand.id;
   await hand.click([0, 1, 0]);
   await hand.press('e', '0', '.', '5');
   assert.equal(await visit.text('.gesture [role=status]'), 'Extrude 0.5');
@@ -49,11 +49,11 @@ visits('extrude, inset and a cut by keys, with a typed amount, by the mouse, and
   await hand.press('Backspace', '1');
   assert.ok(difference(before, await visit.pixels()) > 0.002, 'the preview follows what is typed');
   await hand.press('Escape');
-  assert.equal(hand.id, plain);
+  assert.equal(await hand.id, plain);
   await hand.press('e', '0', '.', '5');
   await hand.opens(() => page.keyboard.press('Enter'));
   assert.deepEqual((await hand.edits).at(-1), { edit: 'extrude', faces: [2], distance: 0.5 });
-  assert.deepEqual((await described(hand.id)).bounds.max, [1, 1.5, 1]);
+  assert.deepEqual((await described(await hand.id)).bounds.max, [1, 1.5, 1]);
 
   // By the mouse: towards the middle of the face, and a click.
   await page.locator('#view').focus();
@@ -75,12 +75,12 @@ visits('extrude, inset and a cut by keys, with a typed amount, by the mouse, and
   await page.mouse.wheel(0, -100);
   await visit.drawn();
   assert.equal(await visit.text('.gesture [role=status]'), 'Loop cut 2');
-  const { faces } = await described(hand.id);
+  const { faces } = await described(await hand.id);
   await hand.opens(() => page.keyboard.press('Enter'));
   assert.equal((await hand.edits).at(-1).cuts, 2);
-  assert.ok((await described(hand.id)).faces >= faces + 8);
+  assert.ok((await described(await hand.id)).faces >= faces + 8);
   await hand.opens(() => page.keyboard.press('Control+z'));
-  assert.equal((await described(hand.id)).faces, faces);
+  assert.equal((await described(await hand.id)).faces, faces);
   await hand.opens(() => page.keyboard.press('Control+Shift+z'));
   await visit.picture('hands');
 });
@@ -101,7 +101,7 @@ visits('handles move a selection, and what is under the pointer is seen', { hash
   const handles = await visit.pixels();
   await visit.picture('handles');
   assert.ok(difference(hovered, handles) > 0.002, 'the handles are there');
-  const view = page.url().match(/view=[^&]*/)[0];
+  const view = (await visit.address()).match(/view=[^&]*/)[0];
   await hand.pointAt([0, 1.55, 0]);
   await visit.drawn();
   await page.mouse.down();
@@ -111,7 +111,7 @@ visits('handles move a selection, and what is under the pointer is seen', { hash
   const { edit, by, faces } = (await hand.edits).at(-1);
   assert.deepEqual([edit, faces], ['move', [2]]);
   assert.ok(Math.abs(by[1] - 0.5) < 0.1 && by[0] === 0 && by[2] === 0, `${by}`);
-  assert.ok(page.url().includes(view), 'the camera stays');
+  assert.ok((await visit.address()).includes(view), 'the camera stays');
   assert.equal(await hand.said, '1 face');
 });
 
@@ -206,11 +206,11 @@ visits('a finger sees what it will select, by a press and by boxes', { hash, ...
 
 /** A ship is whole, its last edits are undone and redone, and what is downloaded is its surface. act: by 'Undo' or 'Redo'. */
 async function finishShip(hand, { max, creases }, act, press) {
-  const whole = hand.id;
+  const whole = await hand.id;
   const { bounds, boundary_edges: open, components, creases: made } = await described(whole);
   assert.deepEqual({ bounds, open, components, creases: made }, { bounds: { min: [-0.5, -0.5, -1.5], max }, open: 0, components: 1, creases });
   for (const name of ['Undo', 'Undo', 'Redo', 'Redo']) await act(name);
-  assert.equal(hand.id, whole);
+  assert.equal(await hand.id, whole);
   const saved = hand.page.waitForEvent('download');
   await press(hand.page.getByRole('link', { name: 'Download' }));
   const file = await readFile(await (await saved).path());

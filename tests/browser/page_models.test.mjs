@@ -30,7 +30,7 @@ visits('a dropped OBJ is shown, and its level moves', {}, async (visit) => {
   await visit.level(3);
   assert.match(await visit.text('#facts'), /^Level 3 · 258 points · 256 faces/);
   assert.match(await visit.text('tr[aria-current]'), /^3\s+258\s+256\s+[\d.]+ kB\s+[\d.]+ ms$/);
-  assert.match(visit.page.url(), /level=3/);
+  assert.match(await visit.address(), /level=3/);
   await visit.page.getByLabel('Encoding').selectOption('meshopt');
   await visit.wait(() => /^Level 3 .* kB/.test(document.getElementById('facts').textContent) && location.hash.includes('meshopt'));
   await visit.page.getByLabel('Scheme').selectOption('bilinear');
@@ -133,7 +133,7 @@ visits('work can be cancelled', { hash: '#tab=surface' }, async (visit) => {
 visits('of two that work at once, the older is shown again when the newer ends', { hash: '#tab=surface', refused: [404] }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
-  const id = new URLSearchParams(new URL(page.url()).hash.slice(1)).get('model');
+  const id = await visit.model();
   const release = {};
   const hold = (url, then) => page.route(url, (route) => new Promise((resolve) => (release[url] = resolve)).then(() => then(route)));
   await hold('**/surface.glb?level=5', (route) => route.abort());

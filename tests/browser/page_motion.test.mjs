@@ -195,10 +195,10 @@ visits('a BVH that is dropped beside a character plays on it, is judged, blended
   await visit.wait(() => document.querySelectorAll('.ticks line').length > 0);
   await visit.drawn();
   const still = await visit.pixels();
-  const character = new URLSearchParams(new URL(page.url()).hash.slice(1)).get('model');
+  const character = await visit.model();
   await drop(visit, { 'walk.bvh': mocap(90, { frameTime: '.0333333' }).text });
   await visit.wait(() => /clip=[0-9a-f]{32}/.test(location.hash));
-  assert.ok(page.url().includes(character), 'the character stays');
+  assert.ok((await visit.address()).includes(character), 'the character stays');
   await page.locator('.sentences li').first().waitFor();
   await visit.seek(1.2);
   assert.ok(difference(still, await visit.pixels()) > 0.005, 'it moves');
@@ -228,7 +228,7 @@ visits('a BVH that is dropped beside a character plays on it, is judged, blended
   assert.match((await saved).suggestedFilename(), /^figure, blend\.glb$/);
   await page.getByRole('button', { name: 'Keep as a model' }).click();
   await visit.wait((id) => !location.hash.includes(`model=${id}`) && document.getElementById('facts').textContent.startsWith('Level'), character);
-  const kept = new URLSearchParams(new URL(page.url()).hash.slice(1)).get('model');
+  const kept = await visit.model();
   const { clips, meshes } = await (await fetch(`${daemon.url}/v1/models/${kept}`)).json();
   assert.deepEqual([clips.length, clips[0].name, meshes.length], [1, 'blend', 1]);
 });
@@ -307,8 +307,8 @@ visits('curves have axes, seek at a click, and the picture chooses the node', { 
     await page.mouse.click(x + width * dx, y + height * dy);
     if (await visit.page.evaluate(() => location.hash.includes('node='))) break;
   }
-  assert.match(page.url(), /node=/);
-  assert.notEqual(new URLSearchParams(new URL(page.url()).hash.slice(1)).get('node'), first);
+  assert.match(await visit.address(), /node=/);
+  assert.notEqual(new URLSearchParams(new URL(await visit.address()).hash.slice(1)).get('node'), first);
   await visit.shows('trail', true);
   await page.waitForTimeout(500);
   await visit.drawn();

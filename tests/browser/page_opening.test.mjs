@@ -9,7 +9,6 @@ import { ALL_PIXELS, covered, difference, drop, open, PYRAMID, Visit } from './p
 
 const site = open();
 const { daemon, visits } = site;
-const idOf = (visit) => new URLSearchParams(new URL(visit.page.url()).hash.slice(1)).get('model');
 const blank = (visit) => visit.page.locator('.empty[role=status]');
 
 /** A grid of n x n quads, as OBJ. */
@@ -31,7 +30,7 @@ visits('an address with a time, a view and Follow shows the same picture each ti
   await visit.drawn();
   const left = await visit.pixels();
   assert.ok(covered(left) > 0.05);
-  const address = visit.page.url();
+  const address = await visit.address();
   for (let i = 0; i < 3; i++) {
     const other = await Visit.begin(site.browser, address);
     // The poses come before or after the surface.
@@ -48,7 +47,7 @@ visits('an address with a time, a view and Follow shows the same picture each ti
   await visit.page.getByRole('button', { name: 'Follow' }).click();
   await visit.drawn();
   assert.ok(difference(left, await visit.pixels()) < 0.002, 'nothing jumps');
-  const other = await Visit.begin(site.browser, visit.page.url());
+  const other = await Visit.begin(site.browser, await visit.address());
   await other.level(2);
   await other.wait(() => document.querySelector('.clock').textContent.startsWith('1.90'));
   await other.drawn();
@@ -61,16 +60,16 @@ visits('a model opens with the least level whose error is not seen, which the sl
   const slider = page.getByRole('slider', { name: 'Level' });
   const opens = async (name, level) => {
     await visit.wait((wanted) => document.getElementById('subject').textContent === wanted, name);
-    const told = await (await fetch(`${daemon.url}/v1/models/${idOf(visit)}/surface.json?level=auto&error=0.1%25&faces=50000`)).json();
+    const told = await (await fetch(`${daemon.url}/v1/models/${await visit.model()}/surface.json?level=auto&error=0.1%25&faces=50000`)).json();
     assert.equal(told.level, level, name);
     await visit.level(level);
     await visit.tab('Surface'); // which a drop leaves
     assert.equal(await slider.inputValue(), String(level));
-    assert.match(page.url(), new RegExp(`level=${level}(&|$)`));
+    assert.match(await visit.address(), new RegExp(`level=${level}(&|$)`));
     assert.match(await visit.text('#facts'), new RegExp(`^Level ${level} `));
   };
   await opens('tank.json', 3); // level 4 has 56,320 faces
-  const address = page.url();
+  const address = await visit.address();
   await drop(visit, { 'square.obj': grid(1) }); // its sides are straight, its corners sharp
   await opens('square.obj', 0);
   assert.match(await page.locator('#view').getAttribute('aria-label'), /level 0: 1 face round/);
@@ -103,7 +102,7 @@ visits('the level of one model is not that of the next, and a large one opens at
   await visit.wait(() => document.getElementById('subject').textContent === 'scan.obj');
   await visit.level(0); // 52,900 faces; level 1 has 211,600
   assert.match(await visit.text('#facts'), /^Level 0 .* 52,900 faces/);
-  assert.doesNotMatch(visit.page.url(), /bilinear/);
+  assert.doesNotMatch(await visit.address(), /bilinear/);
   assert.ok(covered(await visit.pixels()) > 0.05);
 });
 
@@ -119,7 +118,7 @@ visits('a level that is refused leaves the picture, the slider and the address o
   await visit.drawn();
   assert.ok(covered(await visit.pixels()) > 0.05);
   // One that opens so falls back to its control mesh.
-  const other = await Visit.begin(site.browser, `${daemon.url}/`, { hash: `#model=${idOf(visit)}&level=15&show=surface`, refused: [422] });
+  const other = await Visit.begin(site.browser, `${daemon.url}/`, { hash: `#model=${await visit.model()}&level=15&show=surface`, refused: [422] });
   await other.level(0);
   assert.equal(await other.page.locator('.notice').count(), 1);
   assert.ok(covered(await other.pixels()) > 0.05);
@@ -128,7 +127,7 @@ visits('a level that is refused leaves the picture, the slider and the address o
 
 visits('a first level that is cancelled leaves the control mesh; a model that is gone, a word and a way on', { refused: [404] }, async (visit) => {
   await visit.level(2);
-  const id = idOf(visit);
+  const id = await visit.model();
   const other = await Visit.begin(site.browser, `${daemon.url}/models`.replace('/models', '/version'));
   let release;
   await other.page.route('**/surface.glb?level=2', (route) => new Promise((resolve) => (release = resolve)).then(() => route.abort()));
@@ -171,12 +170,12 @@ visits('numbers are taken as the browser’s language writes them, by Enter, and
   const { page } = visit;
   await visit.level(2);
   const sizeOf = async () => {
-    const { meshes: [{ bounds: { min, max } }] } = await (await fetch(`${daemon.url}/v1/models/${idOf(visit)}`)).json();
+    const { meshes: [{ bounds: { min, max } }] } = await (await fetch(`${daemon.url}/v1/models/${await visit.model()}`)).json();
     return max.map((value, i) => value - min[i]);
   };
   const modeller = new Modeller(visit);
   await modeller.shape('Box');
-  const before = idOf(visit);
+  const before = await visit.model();
   const field = page.getByLabel('Box: size');
   for (const wrong of ['much', '1 2', '']) {
     await field.fill(wrong);
@@ -184,9 +183,9 @@ visits('numbers are taken as the browser’s language writes them, by Enter, and
     assert.equal(await field.getAttribute('aria-invalid'), 'true', wrong);
     assert.match(await field.evaluate((input) => input.validationMessage), /3 numbers/);
   }
-  assert.equal(idOf(visit), before);
+  assert.equal(await visit.model(), before);
   for (const [text, size] of [['0,25 2,5 1', [0.25, 2.5, 1]], ['1; 0,5; 3', [1, 0.5, 3]], ['2, 0.5, 1', [2, 0.5, 1]], ['2,3,4', [2, 3, 4]]]) {
-    const last = idOf(visit);
+    const last = await visit.model();
     await field.fill(text);
     assert.equal(await field.getAttribute('aria-invalid'), 'false');
     await field.press('Enter');
@@ -278,7 +277,7 @@ visits('the panel keeps its width, and what is liked, over visits; in a small wi
     await visit.wait(() => document.querySelector('html[data-theme=dark]'));
     assert.equal(await width(), wide);
   }
-  assert.doesNotMatch(page.url(), /panel|theme/);
+  assert.doesNotMatch(await visit.address(), /panel|theme/);
   await page.setViewportSize({ width: 780, height: 640 });
   assert.ok((await page.locator('#stage').boundingBox()).width >= 300);
 });
@@ -345,7 +344,7 @@ visits('edits, undo and deletes keep the focus and what is scrolled to', { hash:
   const { page } = visit;
   await visit.level(2);
   const opens = async (action) => {
-    const last = idOf(visit);
+    const last = await visit.model();
     await action();
     await visit.wait((id) => !location.hash.includes(id) && document.getElementById('facts').textContent.startsWith('Level'), last);
     await visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);

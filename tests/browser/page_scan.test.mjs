@@ -57,13 +57,13 @@ const sideBySide = (visit) => visit.page.getByRole('slider', { name: 'Line betwe
 visits('a scan is made clean by one click, and seen beside itself', { ...ALL_PIXELS, hash }, async (visit) => {
   const modeller = await openScan(visit);
   const { page } = modeller;
-  const source = modeller.id;
+  const source = await modeller.id;
   await modeller.press('Clean up');
   await sideBySide(visit);
   await visit.level(0);
   await visit.picture('scan');
 
-  const clean = await described(modeller.id);
+  const clean = await described(await modeller.id);
   assert.deepEqual([clean.components, clean.boundary_loops, clean.reversed_edges, clean.euler_characteristic], [1, 0, 0, 2]);
   for (const place of [...clean.bounds.min, ...clean.bounds.max]) assert.ok(Math.abs(Math.abs(place) - 1) < 0.03, `${place}`);
   const told = await table(visit);
@@ -91,9 +91,9 @@ visits('a scan is made clean by one click, and seen beside itself', { ...ALL_PIX
   await page.mouse.down();
   await page.mouse.move(box.x + box.width / 4, box.y + 200, { steps: 3 });
   await page.mouse.up();
-  assert.match(page.url(), /split=2\d(&|$)/);
+  assert.match(await visit.address(), /split=2\d(&|$)/);
 
-  const other = await Visit.begin(site.browser, page.url());
+  const other = await Visit.begin(site.browser, await visit.address());
   await sideBySide(other);
   await other.wait(() => document.querySelector('#panel-edit table tbody')?.rows.length > 0);
   assert.deepEqual(await table(other), told);
@@ -101,11 +101,11 @@ visits('a scan is made clean by one click, and seen beside itself', { ...ALL_PIX
 
   await page.getByLabel('Beside the original').uncheck();
   await line.waitFor({ state: 'hidden' });
-  assert.doesNotMatch(page.url(), /beside=/);
+  assert.doesNotMatch(await visit.address(), /beside=/);
   await page.getByLabel('Beside the original').check();
   await sideBySide(visit);
   await modeller.opens(() => page.goBack());
-  assert.equal(modeller.id, source);
+  assert.equal(await modeller.id, source);
   await line.waitFor({ state: 'hidden' });
 });
 
@@ -117,7 +117,7 @@ visits('a scan is opened, made clean and compared by keyboard alone', { hash: '#
   await visit.reach('Upload');
   await visit.choose([['scan.obj', scan()]], () => keyboard.press('Enter'));
   await visit.wait(() => document.getElementById('subject').textContent === 'scan.obj' && document.getElementById('facts').textContent);
-  const source = modeller.id;
+  const source = await modeller.id;
   await visit.reach('Models', 'Shift+Tab');
   for (const key of ['ArrowRight', 'ArrowRight']) await keyboard.press(key);
   await modeller.ready();
@@ -125,12 +125,12 @@ visits('a scan is opened, made clean and compared by keyboard alone', { hash: '#
   await keyboard.press('Tab'); // beyond the heading of the same name
   await modeller.opens(() => keyboard.press('Enter'));
   await sideBySide(visit);
-  assert.equal((await described(modeller.id)).boundary_loops, 0);
+  assert.equal((await described(await modeller.id)).boundary_loops, 0);
   await visit.reach('Line between', 'Shift+Tab');
   await keyboard.press('ArrowLeft');
-  assert.match(visit.page.url(), /split=49/);
+  assert.match(await visit.address(), /split=49/);
   await modeller.opens(() => keyboard.press('Control+z'));
-  assert.equal(modeller.id, source);
+  assert.equal(await modeller.id, source);
 });
 
 visits('steps of a clean-up can be left out', { hash, ...PHONE }, async (visit) => {
@@ -141,7 +141,7 @@ visits('steps of a clean-up can be left out', { hash, ...PHONE }, async (visit) 
   await page.getByLabel('Clean up, fill holes: edges at most').fill('20');
   await modeller.opens(() => page.getByRole('button', { name: 'Clean up', exact: true }).tap());
   assert.deepEqual((await modeller.edits).map(({ edit }) => edit), ['drop_pieces', 'fill']);
-  const { components, boundary_loops, bounds } = await described(modeller.id);
+  const { components, boundary_loops, bounds } = await described(await modeller.id);
   assert.deepEqual([components, boundary_loops], [1, 2], 'the poles are too wide');
   assert.ok(bounds.max[1] > 1.4, 'the spikes are there');
 });
@@ -150,19 +150,19 @@ visits('a model of its own edits is seen beside what it was without them', { has
   await visit.level(2);
   const modeller = new Modeller(visit);
   await modeller.box('2, 2, 2');
-  const plain = modeller.id;
+  const plain = await modeller.id;
   const check = visit.page.getByLabel('Beside the original');
   assert.equal(await check.isVisible(), false, 'it is the original');
   await modeller.click([1, 0, 0]);
   await modeller.press('Extrude');
   await check.check();
   await sideBySide(visit);
-  assert.match(modeller.page.url(), new RegExp(`beside=${plain}`));
+  assert.match(await modeller.visit.address(), new RegExp(`beside=${plain}`));
   assert.deepEqual((await table(visit)).Faces, ['6', '10']);
   assert.ok(covered(await visit.pixels()) > 0.05);
   const selection = await modeller.selection;
   await modeller.click([-0.9, -0.9, 1]);
   assert.deepEqual(await modeller.selection, selection, 'the original is only looked at');
   await modeller.press('Undo');
-  assert.doesNotMatch(modeller.page.url(), /beside=/);
+  assert.doesNotMatch(await modeller.visit.address(), /beside=/);
 });

@@ -85,7 +85,7 @@ class Sculptor extends Modeller {
 visits('a point of a level is dragged, and the other levels remember it', { ...ALL_PIXELS, hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
-  const source = sculptor.id;
+  const source = await sculptor.id;
   const before = await pointsOf(source, 3);
   const middle = nearest(before, new Vector3(0.5, 0.3, 0.6));
   await sculptor.slide('Radius', 60);
@@ -94,17 +94,17 @@ visits('a point of a level is dragged, and the other levels remember it', { ...A
   const held = await visit.pixels();
   const changed = difference(plain, held);
   assert.ok(changed > 0.004, `the picture follows the hand: ${changed}`);
-  assert.equal(sculptor.id, source);
+  assert.equal(await sculptor.id, source);
   await sculptor.opens(() => page.mouse.up());
   await visit.picture('sculpt');
   const by = await sculptor.moved(before[middle], [70, -50]);
   assert.ok(by.length() > 0.3);
-  assert.ok(apart(await pointsOf(sculptor.id, 3), dragged(before, middle, by, 60)) < 1e-3, 'each point is where the brush put it');
+  assert.ok(apart(await pointsOf(await sculptor.id, 3), dragged(before, middle, by, 60)) < 1e-3, 'each point is where the brush put it');
   const made = await visit.pixels();
   assert.ok(difference(held, made) < changed / 3, `what the daemon answers looks as it did in the hand: ${difference(held, made)}`);
 
   await sculptor.toLevel(4);
-  const finer = await pointsOf(sculptor.id, 4);
+  const finer = await pointsOf(await sculptor.id, 4);
   assert.ok(apart(finer, plainer) > 0.7 * by.length(), 'level 4 has the bump');
   const detailed = await visit.pixels();
   await page.getByLabel('Details of the levels').uncheck();
@@ -114,19 +114,19 @@ visits('a point of a level is dragged, and the other levels remember it', { ...A
   for (let i = 0; i < 50 && difference(bare, detailed) === 0; i++) bare = await visit.pixels();
   assert.ok(difference(bare, detailed) > 0.004, 'without details there is none');
   assert.ok(await page.getByRole('button', { name: 'Push' }).isHidden(), 'nor anything to sculpt');
-  assert.equal(apart(await pointsOf(sculptor.id, 4, '&details=false'), plainer), 0);
+  assert.equal(apart(await pointsOf(await sculptor.id, 4, '&details=false'), plainer), 0);
   await page.getByRole('button', { name: 'Show it so' }).click();
   await visit.wait(() => 'sculpts' in document.querySelector('canvas').dataset);
   await sculptor.toLevel(3);
   assert.equal(difference(await visit.pixels(), made), 0, 'the level is as it was');
 
-  const once = sculptor.id;
+  const once = await sculptor.id;
   const finest = nearest(before, new Vector3(-0.2, 0.7, 0.5));
   await sculptor.drag(before[finest], [0, -30]);
   await sculptor.opens(() => page.getByRole('button', { name: 'Undo' }).click());
-  assert.equal(sculptor.id, once);
+  assert.equal(await sculptor.id, once);
   await sculptor.opens(() => page.getByRole('button', { name: 'Undo' }).click());
-  assert.equal(sculptor.id, source);
+  assert.equal(await sculptor.id, source);
   assert.ok(await page.getByRole('button', { name: 'Undo' }).isDisabled());
   await visit.tab('Surface'); // where no point is marked
   await visit.drawn();
@@ -135,23 +135,23 @@ visits('a point of a level is dragged, and the other levels remember it', { ...A
 
 visits('with Shift a point goes along its normal', { hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
-  const before = await pointsOf(sculptor.id, 3);
+  const before = await pointsOf(await sculptor.id, 3);
   const middle = nearest(before, new Vector3(0, 0.7, 0)); // the middle of the upper side, which faces up
   await visit.page.keyboard.down('Shift');
   await sculptor.drag(before[middle], [25, -40]);
   await visit.page.keyboard.up('Shift');
-  const by = (await pointsOf(sculptor.id, 3))[middle].sub(before[middle]);
+  const by = (await pointsOf(await sculptor.id, 3))[middle].sub(before[middle]);
   assert.ok(by.y > 0.1, `${by.y}`);
   assert.ok(Math.hypot(by.x, by.z) < 1e-4, 'not sidewards');
-  assert.match(visit.page.url(), /view=4%2C3%2C6%2C0%2C0%2C0/, 'the camera stays');
+  assert.match(await visit.address(), /view=4%2C3%2C6%2C0%2C0%2C0/, 'the camera stays');
 });
 
 visits('a stroke that is cancelled leaves the model as it was', { hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
-  const before = await pointsOf(sculptor.id, 3);
+  const before = await pointsOf(await sculptor.id, 3);
   const place = before[nearest(before, new Vector3(0.5, 0.3, 0.6))];
-  const [source, at] = [sculptor.id, await sculptor.at(place)];
+  const [source, at] = [await sculptor.id, await sculptor.at(place)];
   await page.locator('#view').click({ position: at });
   await visit.drawn();
   const plain = await visit.pixels();
@@ -162,7 +162,7 @@ visits('a stroke that is cancelled leaves the model as it was', { hash }, async 
   await page.waitForTimeout(100);
   await visit.drawn();
   assert.equal(difference(await visit.pixels(), plain), 0);
-  assert.equal(sculptor.id, source);
+  assert.equal(await sculptor.id, source);
   await page.unroute('**/detail?**');
   await sculptor.drag(place, [30, -30]);
 });
@@ -170,7 +170,7 @@ visits('a stroke that is cancelled leaves the model as it was', { hash }, async 
 visits('a stroke by numbers waits for the point that it was given', { hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
-  const before = await pointsOf(sculptor.id, 3);
+  const before = await pointsOf(await sculptor.id, 3);
   let release;
   const held = new Promise((resolve) => (release = resolve));
   await page.route('**/surface.obj**', (route) => held.then(() => route.continue()));
@@ -181,13 +181,13 @@ visits('a stroke by numbers waits for the point that it was given', { hash }, as
     await page.getByRole('button', { name: 'Move', exact: true }).click();
     release();
   });
-  assert.ok(apart(await pointsOf(sculptor.id, 3), dragged(before, 7, new Vector3(0, 0.25, -0.125))) < 1e-5);
+  assert.ok(apart(await pointsOf(await sculptor.id, 3), dragged(before, 7, new Vector3(0, 0.25, -0.125))) < 1e-5);
 });
 
 visits('points are moved by keyboard', { hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
-  const before = await pointsOf(sculptor.id, 3);
+  const before = await pointsOf(await sculptor.id, 3);
   await page.locator('#view').focus();
   for (const [key, value] of [['n', '0'], ['n', '1'], ['n', '2'], ['p', '1']]) {
     await page.keyboard.press(key);
@@ -199,7 +199,7 @@ visits('points are moved by keyboard', { hash }, async (visit) => {
   await page.getByLabel('Stroke: by').fill('0 0.25 -0.125');
   await sculptor.press('Move');
   const by = new Vector3(0, 0.25, -0.125);
-  assert.ok(apart(await pointsOf(sculptor.id, 3), dragged(before, 7, by)) < 1e-5);
+  assert.ok(apart(await pointsOf(await sculptor.id, 3), dragged(before, 7, by)) < 1e-5);
   assert.equal(await page.getByRole('textbox', { name: 'Point' }).inputValue(), '', 'it may have another number now');
   await page.locator('#view').press('p');
   await visit.wait(() => document.querySelector('[aria-label=Point]').value === '6');
@@ -207,7 +207,7 @@ visits('points are moved by keyboard', { hash }, async (visit) => {
   await visit.wait(() => document.querySelector('[aria-label=Point]').value === '7');
   await page.getByLabel('Push: distance').fill('-0.2');
   await sculptor.press('Push');
-  const pushed = (await pointsOf(sculptor.id, 3))[7].sub(before[7]).sub(by);
+  const pushed = (await pointsOf(await sculptor.id, 3))[7].sub(before[7]).sub(by);
   assert.ok(Math.abs(pushed.length() - 0.2) < 1e-4, `${pushed.length()}`);
 });
 
@@ -221,11 +221,11 @@ visits('what is shown twice, turned and stretched, is sculpted in its own space'
   const sculptor = await Sculptor.begin(visit);
   await sculptor.drop('twice.json', JSON.stringify(document), 'Sculpt');
   await sculptor.toLevel(3);
-  const before = await pointsOf(sculptor.id, 3);
+  const before = await pointsOf(await sculptor.id, 3);
   const [first, second] = [before.length / 3, (2 * before.length) / 3];
   const middle = second + nearest(before.slice(second), new Vector3(0.9, 0.5, 0.7));
   await sculptor.drag(before[middle], [40, -60]);
-  const after = await pointsOf(sculptor.id, 3);
+  const after = await pointsOf(await sculptor.id, 3);
   const by = await sculptor.moved(before[middle], [40, -60]);
   assert.ok(after[middle].clone().sub(before[middle]).distanceTo(by) < 1e-3);
   const radius = radiusOf(before, 25);
@@ -240,7 +240,7 @@ visits('what is shown twice, turned and stretched, is sculpted in its own space'
 visits('one finger sculpts, two move the camera', { hash, ...PHONE }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
-  const source = sculptor.id;
+  const source = await sculptor.id;
   const before = await pointsOf(source, 3);
   await page.evaluate(() => scrollTo(0, 0));
   const { x, y } = await page.locator('#view').boundingBox();
@@ -263,14 +263,14 @@ visits('one finger sculpts, two move the camera', { hash, ...PHONE }, async (vis
   await touch('touchEnd');
   await visit.drawn();
   assert.ok(difference(await visit.pixels(), plain) > 0.02, 'the camera has moved');
-  assert.equal(sculptor.id, source);
+  assert.equal(await sculptor.id, source);
   await sculptor.look();
   await sculptor.opens(async () => {
     await touch('touchStart', finger(0, 0));
     await touch('touchMove', finger(10, -20));
     await touch('touchEnd');
   });
-  assert.ok(apart(await pointsOf(sculptor.id, 3), before) > 0.05);
+  assert.ok(apart(await pointsOf(await sculptor.id, 3), before) > 0.05);
 });
 
 const BRUSHES = [
@@ -279,13 +279,13 @@ const BRUSHES = [
 visits('a stroke of each brush, mirrored', { hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
-  const before = await pointsOf(sculptor.id, 3);
+  const before = await pointsOf(await sculptor.id, 3);
   await page.getByLabel('Symmetry').selectOption('x');
   for (const [brush, isRight] of BRUSHES) {
     await page.getByRole('button', { name: brush, exact: true }).click();
     await sculptor.slide('Strength', 100);
     await sculptor.drag(before[nearest(before, new Vector3(0.45, 0.7, 0.3))], [30, 10]);
-    const after = await pointsOf(sculptor.id, 3);
+    const after = await pointsOf(await sculptor.id, 3);
     const moves = after.map((point, i) => point.clone().sub(before[i]));
     const most = moves.reduce((best, move) => (move.length() > best.length() ? move : best), new Vector3());
     assert.ok(isRight({ up: most.y, apart: most.length() }), `${brush}: ${most.toArray()}`);
@@ -298,7 +298,7 @@ visits('a stroke of each brush, mirrored', { hash }, async (visit) => {
 visits('strokes go on while one is stored, and each can be undone', { hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
-  const source = sculptor.id;
+  const source = await sculptor.id;
   const before = await pointsOf(source, 3);
   let release;
   const held = new Promise((resolve) => (release = resolve));
@@ -308,19 +308,19 @@ visits('strokes go on while one is stored, and each can be undone', { hash }, as
     await sculptor.hold(before[nearest(before, place)], [0, -25]);
     await page.mouse.up();
   }
-  assert.equal(sculptor.id, source);
+  assert.equal(await sculptor.id, source);
   await sculptor.opens(async () => release());
-  const third = sculptor.id;
+  const third = await sculptor.id;
   const after = await pointsOf(third, 3);
   for (const place of places) assert.ok(after[nearest(before, place)].distanceTo(before[nearest(before, place)]) > 0.05);
   for (let i = 0; i < 3; i++) await sculptor.opens(() => page.getByRole('button', { name: 'Undo' }).click());
-  assert.equal(sculptor.id, source);
+  assert.equal(await sculptor.id, source);
 });
 
 visits('a stroke outlives a restart of the daemon', { hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
-  const source = sculptor.id;
+  const source = await sculptor.id;
   const before = await pointsOf(source, 3);
   const place = before[nearest(before, new Vector3(0.5, 0.3, 0.6))];
   const plain = await visit.pixels();
@@ -333,9 +333,9 @@ visits('a stroke outlives a restart of the daemon', { hash }, async (visit) => {
   assert.ok(difference(plain, await visit.pixels()) > 0.002, 'the stroke stays in the picture');
   await daemon.start();
   await sculptor.opens(() => notice.getByRole('button', { name: 'Try again' }).click());
-  assert.ok((await pointsOf(sculptor.id, 3))[before.indexOf(place)].distanceTo(place) > 0.05);
+  assert.ok((await pointsOf(await sculptor.id, 3))[before.indexOf(place)].distanceTo(place) > 0.05);
   await sculptor.opens(() => page.getByRole('button', { name: 'Undo' }).click());
-  assert.equal(sculptor.id, source);
+  assert.equal(await sculptor.id, source);
   visit.faults = visit.faults.filter((fault) => !fault.includes('net::ERR_'));
 });
 
@@ -352,12 +352,12 @@ visits('the wheel with Shift, and brackets, change the radius', { hash }, async 
   await page.locator('#view').focus();
   for (let i = 0; i < 3; i++) await page.keyboard.press('[');
   assert.ok((await radius()) < first);
-  assert.doesNotMatch(page.url(), /view=(?!4%2C3%2C6)/, 'the camera stays');
+  assert.doesNotMatch(await visit.address(), /view=(?!4%2C3%2C6)/, 'the camera stays');
 });
 
 visits('other rules are refused, and left by a click', { hash: '#tab=sculpt&level=1&scheme=bilinear' }, async (visit) => {
   await visit.level(1);
   await visit.page.getByRole('button', { name: 'Show it so' }).click();
   await visit.wait(() => 'sculpts' in document.querySelector('canvas').dataset);
-  assert.doesNotMatch(visit.page.url(), /scheme=/);
+  assert.doesNotMatch(await visit.address(), /scheme=/);
 });

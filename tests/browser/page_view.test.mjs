@@ -260,7 +260,7 @@ visits('a large model is drawn beside the canvas: coarse while it turns, then fi
   await visit.page.setViewportSize(DESKTOP.viewport); // a larger one
   await visit.drawn();
   const turned = await visit.pixels();
-  const other = await Visit.begin(site.browser, visit.page.url(), DESKTOP);
+  const other = await Visit.begin(site.browser, await visit.address(), DESKTOP);
   await other.level(4);
   await other.drawn();
   const others = await other.pixels();
@@ -276,7 +276,7 @@ visits('its URL brings back what it shows', { hash: '#tab=surface&level=1&encodi
   assert.equal(await visit.page.getByLabel('Encoding').inputValue(), 'quantized');
   assert.equal(await visit.page.locator('#shown [data-name=surface]').getAttribute('aria-pressed'), 'false');
   assert.equal(await visit.page.locator('html').getAttribute('data-theme'), 'dark');
-  const here = visit.page.url();
+  const here = await visit.address();
   await visit.page.evaluate(() => (location.hash = 'level=3'));
   await visit.level(3);
   await visit.page.goto(here);
@@ -294,7 +294,7 @@ visits('its URL brings back what it shows', { hash: '#tab=surface&level=1&encodi
   await visit.drawn();
   const turned = await visit.pixels();
   const moved = difference(still, turned);
-  const other = await Visit.begin(site.browser, visit.page.url());
+  const other = await Visit.begin(site.browser, await visit.address());
   await other.level(1);
   await other.wait(() => !document.getElementById('legend').hidden);
   await other.drawn();
