@@ -366,22 +366,26 @@ static tw_status refine_feature_mesh(const exceptions *l, const feature_mesh *s,
 
 /* ---- the last level ------------------------------------------------------------------------- */
 
-/* Room for the largest limit mask of any field. */
+/* Room for the largest limit mask at a feature, of any field. */
 static tw_limit_entry *mask_room(const exceptions *l, const feature_mesh *s) {
   uint32_t capacity = 1;
   for (uint32_t f = 0; f < l->inputs->field_count; f++) {
-    uint32_t own = tw_limit_greatest_capacity(&s->fields[f]);
-    if (own > capacity) capacity = own;
+    const tw_topology *t = &s->fields[f];
+    for (uint32_t v = 0; v < t->vertex_count; v++) {
+      if (!s->is_feature[s->fields[0].corner_vertex[t->fan_corners[t->fan_offsets[v]]]]) continue;
+      uint32_t own = tw_limit_capacity(t, !t->smooth, v);
+      if (own > capacity) capacity = own;
+    }
   }
   return tw_alloc(capacity, sizeof(tw_limit_entry));
 }
 
 /* Appends the nonzero entries of a corner's limit mask, of its tangents or of its position. */
 static void push_entries(const exceptions *l, const feature_mesh *s, uint32_t field, uint32_t corner,
-                         bool tangents, tw_limit_entry *room, growing *out) {
-  uint32_t count = tw_limit_mask(&s->fields[field], l->inputs->linear[field], corner, room);
+                         bool tangents, tw_last_mask *mask, growing *out) {
+  uint32_t count = tw_limit_mask_after(mask, &s->fields[field], l->inputs->linear[field], corner);
   for (uint32_t i = 0; i < count; i++) {
-    tw_limit_entry entry = room[i];
+    tw_limit_entry entry = mask->entries[i];
     if (tangents ? entry.tangent1 == 0 && entry.tangent2 == 0 : entry.position == 0) continue;
     entry.vertex = s->vertices[field][entry.vertex];
     push(out, &entry);
@@ -392,16 +396,16 @@ static tw_status list_limits(const exceptions *l, const feature_mesh *s, uint32_
   const tw_topology *t = &s->fields[field];
   growing vertices = {.size = sizeof(uint32_t)}, first = {.size = sizeof(uint32_t)},
           entries = {.size = sizeof(tw_limit_entry)};
-  tw_limit_entry *room = mask_room(l, s);
-  for (uint32_t v = 0; room && v < t->vertex_count; v++) {
+  tw_last_mask mask = {.entries = mask_room(l, s)};
+  for (uint32_t v = 0; mask.entries && v < t->vertex_count; v++) {
     uint32_t corner = t->fan_corners[t->fan_offsets[v]], begin = (uint32_t)entries.count;
     if (!s->is_feature[s->fields[0].corner_vertex[corner]] || !s->exceptional[field][v]) continue;
     push(&vertices, &s->vertices[field][v]);
     push(&first, &begin);
-    push_entries(l, s, field, corner, false, room, &entries);
+    push_entries(l, s, field, corner, false, &mask, &entries);
   }
-  bool complete = room != NULL;
-  tw_free(room);
+  bool complete = mask.entries != NULL;
+  tw_free(mask.entries);
   uint32_t end = (uint32_t)entries.count;
   push(&first, &end);
   tw_shallow_limits *out = &l->levels[field].limits;
@@ -429,7 +433,7 @@ typedef struct row_list {
   const feature_mesh *s;
   tw_numbering numbering;
   bool split_by_seams; /* `numbering` is set: points may have several rows */
-  tw_limit_entry *room;
+  tw_last_mask mask;
   growing rows, entries, channels; /* channels: uint32_t, field_count - 1 for each row */
   tangent_mask known[FIELDS_MAX]
                     [2]; /* the last masks of each field: a vertex with a crease has two large ones */
@@ -443,7 +447,7 @@ static tangent_mask push_tangents(const exceptions *l, row_list *list, uint32_t 
   for (int i = 0; i < 2; i++)
     if (known[i].end > 0 && known[i].corner == new.corner) return known[i];
   new.first = (uint32_t)list->entries.count;
-  push_entries(l, list->s, field, corner, true, list->room, &list->entries);
+  push_entries(l, list->s, field, corner, true, &list->mask, &list->entries);
   new.end = (uint32_t)list->entries.count;
   known[1] = known[0];
   known[0] = new;
@@ -607,8 +611,8 @@ static tw_status list_rows(const exceptions *l, const feature_mesh *s) {
                    .channels = {.size = sizeof(uint32_t)}};
   uint32_t *new_row = NULL;
   tw_status status = number_split(l, &list, &new_row);
-  list.room = mask_room(l, s);
-  if (!list.room) status = TW_NO_MEMORY;
+  list.mask.entries = mask_room(l, s);
+  if (!list.mask.entries) status = TW_NO_MEMORY;
   if (status == TW_OK && list.split_by_seams &&
       !tw_is_quickly_read(&s->fields[0], &list.numbering, l->inputs->frames ? 3 : 1))
     status = TW_LIMIT;
@@ -618,7 +622,7 @@ static tw_status list_rows(const exceptions *l, const feature_mesh *s) {
   }
   if (status == TW_OK) status = store_rows(l, &list);
   if (status == TW_OK && list.split_by_seams) status = list_corners(l, &list, new_row);
-  tw_free(list.room);
+  tw_free(list.mask.entries);
   tw_free(list.rows.items);
   tw_free(list.entries.items);
   tw_free(list.channels.items);

@@ -107,12 +107,18 @@ static uint32_t count_further(const tw_topology *t, uint32_t vertex) {
   return count;
 }
 
-uint32_t tw_limit_greatest_capacity(const tw_topology *topology) {
+uint32_t tw_limit_capacity(const tw_topology *topology, bool decays, uint32_t vertex) {
   const tw_topology *t = topology;
-  uint32_t greatest = 0, edge = !t->smooth && tw_limit_decays(t) ? 1 + DECAY_ENTRIES : 1;
-  for (uint32_t v = 0; v < t->vertex_count; v++) {
-    uint32_t capacity = 1 + edge * (t->ring_offsets[v + 1] - t->ring_offsets[v]) + t->fan_offsets[v + 1] -
-                        t->fan_offsets[v] + count_further(t, v);
+  uint32_t edge = decays ? 1 + DECAY_ENTRIES : 1;
+  return 1 + edge * (t->ring_offsets[vertex + 1] - t->ring_offsets[vertex]) + t->fan_offsets[vertex + 1] -
+         t->fan_offsets[vertex] + count_further(t, vertex);
+}
+
+uint32_t tw_limit_greatest_capacity(const tw_topology *topology) {
+  bool decays = !topology->smooth && tw_limit_decays(topology);
+  uint32_t greatest = 0;
+  for (uint32_t v = 0; v < topology->vertex_count; v++) {
+    uint32_t capacity = tw_limit_capacity(topology, decays, v);
     if (capacity > greatest) greatest = capacity;
   }
   return greatest;
@@ -572,12 +578,14 @@ static uint32_t make_mask(tw_last_mask *last, const tw_topology *topology, bool 
 
 uint32_t tw_limit_mask_after(tw_last_mask *last, const tw_topology *topology, bool linear, uint32_t corner) {
   const uint32_t *vertex = topology->corner_vertex;
-  if (last->topology != topology)
-    memset(last->wheel_counts, 0, sizeof last->wheel_counts);
-  else if (last->corner == corner ||
-           (!linear && vertex[last->corner] == vertex[corner] &&
-            tw_limit_corner(topology, false, last->corner) == tw_limit_corner(topology, false, corner)))
+  if (last->topology == topology &&
+      (last->corner == corner ||
+       (!linear && vertex[last->corner] == vertex[corner] &&
+        tw_limit_corner(topology, false, last->corner) == tw_limit_corner(topology, false, corner))))
     return last->count;
+  bool of_triangles = topology->face_size == 3;
+  if (last->of_triangles != of_triangles) memset(last->wheel_counts, 0, sizeof last->wheel_counts);
+  last->of_triangles = of_triangles;
   last->count = make_mask(last, topology, linear, corner);
   last->topology = topology;
   last->corner = corner;

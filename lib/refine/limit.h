@@ -20,8 +20,12 @@ bool tw_limit_decays(const tw_topology *topology);
 /* Steps until all semi-sharp edges of the vertex, and the vertex itself, have decayed. */
 uint32_t tw_limit_steps(const tw_topology *topology, uint32_t vertex);
 
-/* Entries of room that tw_limit_mask needs for any vertex: those of the mask and, where sharpness decays or
- * faces are polygons, some to compute it. The room is allocated memory. O(corners). */
+/* Entries of room that tw_limit_mask needs for a vertex: those of the mask and, where sharpness decays or
+ * faces are polygons, some to compute it. The room is allocated memory. decays: whether anything may be
+ * semi-sharp. O(corners of the vertex). */
+uint32_t tw_limit_capacity(const tw_topology *topology, bool decays, uint32_t vertex);
+
+/* The same for any vertex. O(corners). */
 uint32_t tw_limit_greatest_capacity(const tw_topology *topology);
 
 /* Computes the masks of the vertex at `corner`. tangent1 x tangent2 points outward. Where infinitely sharp
@@ -41,6 +45,7 @@ typedef struct tw_last_mask {
   tw_limit_entry *entries;     /* room for the greatest mask */
   const tw_topology *topology; /* NULL: none yet */
   uint32_t corner, count;
+  bool of_triangles;
   uint32_t wheel_counts[TW_WHEEL_MAX + 1]; /* by valence; 0: not computed yet */
   tw_limit_entry wheels[TW_WHEEL_MAX + 1][1 + 2 * TW_WHEEL_MAX];
 } tw_last_mask;

@@ -35,9 +35,12 @@ static size_t read_cage_faces(const tw_surface *s, const tw_numbering *n, uint64
 
 uint32_t tw_surface_cage_place(const tw_surface *surface, uint64_t face, uint32_t shift) {
   uint32_t low = 0, high = surface->face_count;
+  const uint64_t *before = surface->corners_before;
+  uint32_t guess = (uint32_t)((face >> shift) * high / before[high]); /* where all faces are of one size */
+  if (before[guess] << shift <= face && face < before[guess + 1] << shift) return guess;
   while (high - low > 1) {
     uint32_t middle = low + (high - low) / 2;
-    if (surface->corners_before[middle] << shift <= face)
+    if (before[middle] << shift <= face)
       low = middle;
     else
       high = middle;
