@@ -45,10 +45,6 @@ enum {
   PARTS_OF_SIZE = 3000000 /* floats round to fewer than this many parts of a coordinate, masks too */
 };
 
-static inline uint32_t as_made(const tw_error_part *p, uint32_t face) {
-  return p->made ? p->made[face] : face;
-}
-
 enum { LEVELS_MAX = TW_LEVEL_MAX + TW_ERROR_FURTHER_LEVELS };
 
 /* What each level was found to be. */
@@ -272,7 +268,7 @@ static void settle_ring(tw_error_part *p, const ring *r, findings *found) {
     found->settled[l] = tw_greater(found->settled[l], r->errors[i]);
   }
   for (uint32_t i = t->fan_offsets[r->vertex]; i < t->fan_offsets[r->vertex + 1]; i++) {
-    uint32_t face = tw_corner_face(t, t->fan_corners[i]), made = as_made(p, face);
+    uint32_t face = tw_corner_face(t, t->fan_corners[i]), made = tw_error_as_made(p, face);
     if (p->states[face] < TW_FACE_OPEN) continue;
     p->errors[made] = r->errors[0];
     p->falls[made] = (float)fall + 1e-6F;
@@ -307,7 +303,7 @@ static tw_status settle_rings(const tw_measuring *m, tw_error_part *p, bool all,
 /* Settles the measured faces that were left to their children. */
 static void settle_measured(tw_error_part *p, findings *found) {
   for (uint32_t f = 0; f < p->topology.face_count; f++) {
-    double error = p->errors[as_made(p, f)];
+    double error = p->errors[tw_error_as_made(p, f)];
     if (p->states[f] < TW_FACE_OPEN || !(error > 0)) continue;
     p->states[f] = TW_FACE_AROUND;
     p->open_count--;
@@ -333,7 +329,7 @@ static tw_status find_rests(const tw_measuring *m, tw_error_part *p, double **re
 static void give_up(tw_error_part *p, const double *rests, double limit, findings *found) {
   for (uint32_t f = 0; f < p->topology.face_count; f++) {
     if (p->states[f] < TW_FACE_OPEN || !(rests[f] <= limit)) continue;
-    double *error = &p->errors[as_made(p, f)];
+    double *error = &p->errors[tw_error_as_made(p, f)];
     bool is_measured = *error > 0 && *error <= rests[f];
     p->states[f] = is_measured ? TW_FACE_AROUND : TW_FACE_GIVEN_UP;
     p->open_count--;
@@ -341,186 +337,13 @@ static void give_up(tw_error_part *p, const double *rests, double limit, finding
     if (is_measured) {
       settle_at(found, p->level, *error);
     } else {
-      p->falls[as_made(p, f)] = 1;
+      p->falls[tw_error_as_made(p, f)] = 1;
       found->rests[p->level] = tw_greater(found->rests[p->level], *error);
     }
   }
 }
 
 /* ---- levels --------------------------------------------------------------------------------------- */
-
-/* Whether limit masks of this level are those of its scheme. */
-static bool has_limit_masks(const tw_measuring *m, const tw_topology *t) {
-  return m->rules.loop || m->rules.linear || t->face_size == 4;
-}
-
-static double *copy_points(const tw_error_part *p, const double *points) {
-  size_t count = 3 * (size_t)p->topology.vertex_count;
-  double *copy = tw_arena_alloc_raw(p->arena, count, sizeof *copy);
-  if (copy) memcpy(copy, points, count * sizeof *copy);
-  return copy;
-}
-
-/* Moves shown points to the limit. */
-static tw_status push_to_limit(const tw_measuring *m, tw_error_part *p) {
-  const tw_topology *t = &p->topology;
-  tw_limit_entry *mask = tw_arena_alloc_raw(p->arena, tw_limit_greatest_capacity(t), sizeof *mask);
-  double *limit = copy_points(p, p->shown), to[3];
-  if (!mask || !limit) return TW_NO_MEMORY;
-  for (uint32_t v = 0; v < t->vertex_count; v++) {
-    if (v % FACES_AT_ONCE == 0 && !tw_work(FACES_AT_ONCE * FACE_WORK)) return TW_CANCELLED;
-    uint32_t count = tw_limit_mask(t, m->rules.linear, t->fan_corners[t->fan_offsets[v]], mask);
-    for (uint32_t i = 0; i < count; i++) {
-      tw_difference3(tw_point_at(p->shown, mask[i].vertex), tw_point_at(p->shown, v), to);
-      for (int c = 0; c < 3; c++) limit[3 * (size_t)v + (size_t)c] += (double)mask[i].position * to[c];
-    }
-  }
-  p->shown = limit;
-  return TW_OK;
-}
-
-/* Adds details, and finds the points that answers show. At a cage of polygons limits are those of the next
- * level: then p->shown is NULL. */
-static tw_status show(const tw_measuring *m, tw_error_part *p) {
-  tw_detail_step step = {&m->details, &p->topology, &m->rules, p->level, p->level};
-  p->shown = p->control;
-  if (p->level <= tw_deepest_detail(&m->details) && m->details.count > 0) {
-    double *shown = copy_points(p, p->control);
-    tw_status status = shown ? tw_details_add(&step, m->parallel, shown) : TW_NO_MEMORY;
-    step.answer = TW_LEVEL_MAX + 1; /* a deeper one, so that only the level's own detail is added */
-    if (status == TW_OK) status = tw_details_add(&step, m->parallel, p->control);
-    if (status != TW_OK) return status;
-    p->shown = shown;
-  }
-  tw_status status = tw_error_find_rims(p);
-  if (status != TW_OK || !m->options->limit || m->rules.linear) return status;
-  if (has_limit_masks(m, &p->topology)) return push_to_limit(m, p);
-  p->shown = NULL;
-  return TW_OK;
-}
-
-static tw_status start(tw_measuring *m, tw_error_part *p) {
-  tw_surface_options options = *m->options;
-  options.level = 1; /* of which faces the answer has */
-  options.tagged = false;
-  tw_cage cage;
-  *p = (tw_error_part){.arena = tw_arena_create()};
-  tw_status status = p->arena ? tw_cage_read(m->mesh, &options, p->arena, &cage) : TW_NO_MEMORY;
-  if (status != TW_OK) return status;
-  p->topology = cage.topology;
-  p->states = cage.visible;
-  for (uint32_t f = 0; f < cage.topology.face_count; f++) {
-    p->states[f] = cage.visible[f] ? TW_FACE_OPEN : TW_FACE_HIDDEN;
-    p->open_count += p->states[f] == TW_FACE_OPEN;
-  }
-  p->control = tw_arena_alloc_raw(p->arena, cage.topology.vertex_count, 3 * sizeof *p->control);
-  if (!p->control) return TW_NO_MEMORY;
-  tw_cage_gather(m->mesh->positions, cage.point_of, cage.topology.vertex_count, p->control);
-  for (size_t i = 0; i < 3 * (size_t)cage.topology.vertex_count; i++)
-    m->size = tw_greater(m->size, fabs(p->control[i]));
-  return show(m, p);
-}
-
-static tw_status refine(const tw_measuring *m, const tw_error_part *p, tw_error_part *child) {
-  *child = (tw_error_part){.arena = tw_arena_create(), .level = p->level + 1, .batch_level = p->batch_level};
-  if (!child->arena) return TW_NO_MEMORY;
-  tw_topology *t = &child->topology;
-  tw_status status = tw_refine_topology(&p->topology, &m->rules, child->arena, m->parallel, t);
-  if (status != TW_OK) return status;
-  child->control = tw_arena_alloc_raw(child->arena, t->vertex_count, 3 * sizeof *child->control);
-  child->states = tw_arena_alloc_raw(child->arena, t->face_count, 1);
-  if (!child->control || !child->states) return TW_NO_MEMORY;
-  for (uint32_t f = 0; f < t->face_count; f++) {
-    child->states[f] = p->states[m->rules.loop ? f / 4 : tw_corner_face(&p->topology, f)];
-    child->open_count += child->states[f] >= TW_FACE_OPEN;
-  }
-  status = tw_refine_values(&p->topology, &m->rules, 3, p->control, m->parallel, child->control);
-  return status == TW_OK ? show(m, child) : status;
-}
-
-/* Lists the corners of open faces and of some rows around them; NULL without memory. */
-static uint32_t *list_corners(const tw_error_part *p, int rows, uint32_t *count) {
-  const tw_topology *t = &p->topology;
-  uint8_t *touched = tw_arena_alloc(p->arena, t->vertex_count, 1);
-  uint32_t *corners = tw_arena_alloc_raw(p->arena, t->corner_count, sizeof *corners), size = t->face_size;
-  if (!touched || !corners) return NULL;
-  for (uint32_t c = 0; c < t->corner_count; c++)
-    if (p->states[c / size] >= TW_FACE_OPEN) touched[t->corner_vertex[c]] = 1;
-  for (int row = 0; row < rows; row++) {
-    *count = 0;
-    for (uint32_t f = 0; f < t->face_count; f++) {
-      bool is_listed = false;
-      for (uint32_t i = 0; i < size; i++) is_listed |= touched[t->corner_vertex[size * f + i]];
-      for (uint32_t i = 0; is_listed && i < size; i++) corners[(*count)++] = size * f + i;
-    }
-    for (uint32_t i = 0; i < *count; i++) touched[t->corner_vertex[corners[i]]] = 1;
-  }
-  return corners;
-}
-
-/* Copies what is known of faces and vertices. corners, vertices: those of `from`. */
-static tw_status take_part(const tw_error_part *from, const uint32_t *corners, const uint32_t *vertices,
-                           tw_error_part *out) {
-  uint32_t size = from->topology.face_size, count = out->topology.vertex_count;
-  double *shown = NULL;
-  out->states = tw_arena_alloc_raw(out->arena, out->topology.face_count, 1);
-  out->made = tw_arena_alloc_raw(out->arena, out->topology.face_count, sizeof *out->made);
-  out->control = tw_arena_gather(out->arena, from->control, vertices, count, 3 * sizeof *out->control);
-  out->is_rim = tw_arena_gather(out->arena, from->is_rim, vertices, count, 1);
-  out->normals = tw_arena_gather(out->arena, from->normals, corners, out->topology.corner_count,
-                                 3 * sizeof *out->normals);
-  if (from->shown != from->control)
-    shown = tw_arena_gather(out->arena, from->shown, vertices, count, 3 * sizeof *shown);
-  out->shown = shown ? shown : out->control;
-  if (!out->states || !out->made || !out->control || !out->is_rim || !out->normals ||
-      (from->shown != from->control && !shown))
-    return TW_NO_MEMORY;
-  for (uint32_t f = 0; f < out->topology.face_count; f++) {
-    uint32_t face = corners[size * f] / size;
-    out->states[f] = from->states[face];
-    out->made[f] = as_made(from, face);
-  }
-  return TW_OK;
-}
-
-/* Makes a part of some faces, by their corners. Points at its edge will be wrong after a step, but no step
- * reads them. */
-static tw_status cut_out(const tw_measuring *m, const tw_error_part *p, const uint32_t *corners,
-                         uint32_t count, tw_error_part *out) {
-  const tw_topology *t = &p->topology;
-  uint32_t *vertices;
-  out->arena = tw_arena_create();
-  if (!out->arena) return TW_NO_MEMORY;
-  tw_status status =
-      tw_topology_cut(t, count / t->face_size, NULL, count, corners, out->arena, &out->topology, &vertices);
-  if (status == TW_OK && m->rules.chaikin) status = tw_topology_sum_semi(&out->topology, out->arena);
-  return status == TW_OK ? take_part(p, corners, vertices, out) : status;
-}
-
-/* Under Chaikin's rule all edges at a vertex decide how sharp they stay. */
-static bool can_cut(const tw_measuring *m, const tw_error_part *p) {
-  if (p->topology.face_size == 0 || p->level < tw_deepest_detail(&m->details)) return false;
-  return !m->rules.chaikin || !tw_limit_decays(&p->topology);
-}
-
-/* Cuts away what is not around open faces, where that is much. */
-static tw_status cut(const tw_measuring *m, tw_error_part *p) {
-  uint32_t count, *corners;
-  if (!can_cut(m, p)) return TW_OK;
-  corners = list_corners(p, 1, &count);
-  if (!corners) return TW_NO_MEMORY;
-  if (count > p->topology.corner_count / 4 * 3) return TW_OK;
-  tw_error_part out = {.errors = p->errors,
-                       .wholes = p->wholes,
-                       .falls = p->falls,
-                       .batch_level = p->batch_level,
-                       .level = p->level,
-                       .open_count = p->open_count};
-  tw_status status = cut_out(m, p, corners, count, &out);
-  tw_arena_destroy(p->arena);
-  *p = out;
-  return status;
-}
 
 static tw_status measure_batches(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish,
                                  findings *found);
@@ -552,7 +375,7 @@ static bool has_wide_fan(const tw_topology *t) {
  * that patches and rings tell of faces, and a batch ends; Loop's scheme has neither. A batch that is too
  * large on its own first level is not cut into batches again. */
 static bool can_batch(const tw_measuring *m, const tw_error_part *p) {
-  return p->level > 0 && p->batch_level != p->level && !m->rules.loop && can_cut(m, p) &&
+  return p->level > 0 && p->batch_level != p->level && !m->rules.loop && tw_error_can_cut(m, p) &&
          !has_wide_fan(&p->topology);
 }
 
@@ -581,7 +404,7 @@ static tw_status narrow(const tw_measuring *m, tw_error_part *p, const tw_error_
     if (attempt >= ROOM)
       limit = p->level > 0 && is_narrowed && attempt < ATTEMPTS ? find_room(m, p, rests, most) : INFINITY;
     if (rests) give_up(p, rests, limit, found);
-    if (p->open_count > 0 && p->level > 0) status = cut(m, p);
+    if (p->open_count > 0 && p->level > 0) status = tw_error_cut(m, p);
     if (status != TW_OK || !is_too_large(m, p)) return status;
     if (attempt == SMALL_ONES && can_batch(m, p)) return measure_batches(m, p, wish, found);
   }
@@ -632,7 +455,7 @@ static tw_status keep_left(const tw_measuring *m, findings *found, const tw_erro
   if (!kept->made || !kept->children || !kept->steps || !kept->frames) return TW_NO_MEMORY;
   for (uint32_t f = 0; f < t->face_count; f++) {
     bool is_known = p->states[f] == TW_FACE_AROUND || p->states[f] == TW_FACE_GIVEN_UP;
-    kept->made[f] = as_made(p, f);
+    kept->made[f] = tw_error_as_made(p, f);
     kept->steps[f] = -1;
     kept->children[f] = m->rules.loop ? 4 * f : tw_face_begin(t, f);
     kept->children[f + 1] = m->rules.loop ? 4 * f + 4 : kept->children[f] + tw_face_size(t, f);
@@ -647,11 +470,11 @@ static tw_status keep_left(const tw_measuring *m, findings *found, const tw_erro
 /* Compares a level with the next, which replaces it. */
 static tw_status step(const tw_measuring *m, tw_error_part *p, findings *found) {
   tw_error_part child;
-  tw_status status = refine(m, p, &child);
+  tw_status status = tw_error_refine(m, p, &child);
   if (status == TW_OK) status = keep_made(found, &child);
   if (status == TW_OK) status = keep_left(m, found, p, &child);
   if (status == TW_OK && !p->shown) {
-    p->shown = copy_points(p, child.shown); /* vertices keep their numbers and limits */
+    p->shown = tw_error_copy_points(p, child.shown); /* vertices keep their numbers and limits */
     status = p->shown ? keep_points(found, p) : TW_NO_MEMORY;
   }
   tw_level_errors *kept = &found->levels[p->level];
@@ -715,11 +538,12 @@ static uint32_t *list_open(const tw_error_part *p) {
 /* Measures the part around the open faces, which are a batch, by itself. bounds: raised, of all levels. */
 static tw_status measure_batch(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish,
                                double bounds[LEVELS_MAX + 1]) {
-  uint32_t count, *corners = list_corners(p, p->level == 1 ? 2 : 1, &count), size = p->topology.face_size;
+  uint32_t count, *corners = tw_error_list_corners(p, p->level == 1 ? 2 : 1, &count),
+                  size = p->topology.face_size;
   double own[LEVELS_MAX + 1];
   tw_error_part part = {.batch_level = p->level, .level = p->level, .open_count = p->open_count};
   findings found = {.arena = tw_arena_create(), .first = p->level, .last = p->level};
-  tw_status status = corners && found.arena ? cut_out(m, p, corners, count, &part) : TW_NO_MEMORY;
+  tw_status status = corners && found.arena ? tw_error_cut_out(m, p, corners, count, &part) : TW_NO_MEMORY;
   part.made = NULL; /* a batch begins anew: its faces are numbered as they are made */
   /* Distances of at most those of earlier batches need no closer look. */
   memcpy(found.settled, bounds, sizeof found.settled);
@@ -731,8 +555,8 @@ static tw_status measure_batch(const tw_measuring *m, tw_error_part *p, const tw
   for (uint32_t i = 0; status == TW_OK && i < count / size; i++) {
     uint32_t face = corners[size * i] / size;
     if (p->states[face] < TW_FACE_OPEN) continue;
-    p->errors[as_made(p, face)] = found.levels[p->level].errors[i];
-    p->falls[as_made(p, face)] = 1;
+    p->errors[tw_error_as_made(p, face)] = found.levels[p->level].errors[i];
+    p->falls[tw_error_as_made(p, face)] = 1;
   }
   tw_arena_destroy(part.arena);
   tw_arena_destroy(found.arena);
@@ -789,7 +613,7 @@ tw_status tw_surface_errors(const tw_mesh *mesh, const tw_surface_options *optio
   findings found = {.arena = tw_arena_create()};
   m.arena = found.arena;
   status = found.arena ? tw_error_make_wheels(&m) : TW_NO_MEMORY;
-  if (status == TW_OK) status = start(&m, &p);
+  if (status == TW_OK) status = tw_error_begin(&m, &p);
   if (status == TW_OK) status = keep_made(&found, &p);
   bool is_odd = status == TW_OK && is_odd_cage(&m, &p);
   if (status == TW_OK && options->boundary == TW_BOUNDARY_OPEN && has_border(&p.topology))

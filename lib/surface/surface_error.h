@@ -107,12 +107,42 @@ static inline const double *tw_point_at(const double *points, uint32_t vertex) {
   return points + 3 * (size_t)vertex;
 }
 
+/* The face of a level as it was made that a face of a part of it is. */
+static inline uint32_t tw_error_as_made(const tw_error_part *p, uint32_t face) {
+  return p->made ? p->made[face] : face;
+}
+
 /* Splits a vector. normal: 0 0 0 where there is none. */
 static inline tw_offset tw_offset_split(const double vector[3], const double normal[3]) {
   double along = tw_dot3(vector, normal), across[3];
   for (int c = 0; c < 3; c++) across[c] = vector[c] - along * normal[c];
   return (tw_offset){fabs(along), tw_length3(across), tw_length3(vector)};
 }
+
+/* ---- levels and parts of them: error_parts.c ---------------------------------------------------- */
+
+/* Makes level 0, or the next level of a part; the caller destroys the part's arena, also of one that failed.
+ * At a cage of polygons with limit points `shown` is NULL: they are those of the next level. */
+tw_status tw_error_begin(tw_measuring *m, tw_error_part *p);
+tw_status tw_error_refine(const tw_measuring *m, const tw_error_part *p, tw_error_part *child);
+
+/* A copy of a level's points in the part's arena; NULL without memory. */
+double *tw_error_copy_points(const tw_error_part *p, const double *points);
+
+/* Lists the corners of open faces and of some rows around them; NULL without memory. */
+uint32_t *tw_error_list_corners(const tw_error_part *p, int rows, uint32_t *count);
+
+/* Whether faces may be measured without all others: under Chaikin's rule all edges at a vertex decide how
+ * sharp they stay. */
+bool tw_error_can_cut(const tw_measuring *m, const tw_error_part *p);
+
+/* Makes a part of some faces, by their corners. Points at its edge will be wrong after a step, but no step
+ * reads them. */
+tw_status tw_error_cut_out(const tw_measuring *m, const tw_error_part *p, const uint32_t *corners,
+                           uint32_t count, tw_error_part *out);
+
+/* Cuts away what is not around open faces, where that is much. */
+tw_status tw_error_cut(const tw_measuring *m, tw_error_part *p);
 
 /* ---- faces and what is around them: error_faces.c --------------------------------------------- */
 
