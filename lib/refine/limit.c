@@ -583,9 +583,11 @@ uint32_t tw_limit_mask_after(tw_last_mask *last, const tw_topology *topology, bo
        (!linear && vertex[last->corner] == vertex[corner] &&
         tw_limit_corner(topology, false, last->corner) == tw_limit_corner(topology, false, corner))))
     return last->count;
-  bool of_triangles = topology->face_size == 3;
-  if (last->of_triangles != of_triangles) memset(last->wheel_counts, 0, sizeof last->wheel_counts);
+  bool of_triangles = topology->face_size == 3, of_polygons = topology->polygonal;
+  if (last->of_triangles != of_triangles || last->of_polygons != of_polygons)
+    memset(last->wheel_counts, 0, sizeof last->wheel_counts);
   last->of_triangles = of_triangles;
+  last->of_polygons = of_polygons;
   last->count = make_mask(last, topology, linear, corner);
   last->topology = topology;
   last->corner = corner;

@@ -45,7 +45,7 @@ typedef struct tw_last_mask {
   tw_limit_entry *entries;     /* room for the greatest mask */
   const tw_topology *topology; /* NULL: none yet */
   uint32_t corner, count;
-  bool of_triangles;                       /* the wheels are */
+  bool of_triangles, of_polygons;          /* the wheels are: their masks differ */
   uint32_t wheel_counts[TW_WHEEL_MAX + 1]; /* by valence; 0: not computed yet */
   tw_limit_entry wheels[TW_WHEEL_MAX + 1][1 + 2 * TW_WHEEL_MAX];
 } tw_last_mask;
