@@ -342,7 +342,10 @@ static bool is_slow(const inspection *in, uint32_t foot, uint32_t frame) {
 /* The least height in the frames from `from` up to `end`. */
 static double lowest_of(const inspection *in, uint32_t foot, uint32_t from, uint32_t end) {
   double lowest = INFINITY;
-  for (uint32_t f = from; f < end; f++) lowest = fmin(lowest, height_of(in, foot, f));
+  for (uint32_t f = from; f < end; f++) {
+    double height = height_of(in, foot, f);
+    lowest = height < lowest ? height : lowest; /* fmin in this loop ends gcc 12 for arm64 */
+  }
   return lowest;
 }
 
