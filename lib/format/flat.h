@@ -25,6 +25,7 @@ typedef struct tw_flat_scene {
    * in the model's unit; else 0. */
   bool is_moved;
   double origin[3];
+  uint32_t far_count; /* parts that lie too far for floats even then */
 } tw_flat_scene;
 
 /* Places what a scene shows. scale: of coordinates in the answer's unit. False without memory; then too it

@@ -24,6 +24,7 @@ static void place_parts(const tw_placements *places, double scale, tw_flat_scene
     out->is_moved = places->items[i].is_far;
     if (out->is_moved) memcpy(out->origin, places->items[i].origin, sizeof out->origin);
   }
+  if (out->is_moved) out->far_count = tw_placements_count_far(&out->scene, places, out->origin);
   for (uint64_t points = 0; out->part_count < places->count; out->part_count++) {
     const tw_placement *place = &places->items[out->part_count];
     const tw_surface *surface = out->scene.surfaces[place->mesh];

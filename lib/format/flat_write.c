@@ -166,6 +166,10 @@ bool tw_flat_stream_origin(const tw_flat_stream *stream, double origin[3]) {
   return stream->flat.is_moved;
 }
 
+uint32_t tw_flat_stream_far_count(const tw_flat_stream *stream) {
+  return stream->flat.far_count;
+}
+
 tw_status tw_flat_stream_predict(const tw_scene *scene, const tw_flat_options *options, uint64_t *size,
                                  tw_error *error) {
   tw_flat_stream *stream = tw_alloc_zero(1, sizeof *stream);

@@ -68,15 +68,16 @@ static void find_box(const tw_mesh *mesh, float box[8][3]) {
     for (int c = 0; c < 3; c++) box[corner][c] = corner >> c & 1 ? high[c] : low[c];
 }
 
+static const uint32_t box_corners[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+
 /* Places the first `count` instances of a node. */
 static void place_instances(const tw_scene *scene, const world_nodes *world, uint32_t node,
                             const tw_instances *instances, uint32_t count, tw_placement *out) {
-  static const uint32_t corners[8] = {0, 1, 2, 3, 4, 5, 6, 7};
   const uint32_t mesh = scene->model->nodes[node].mesh;
   const float *above = world->matrices + 16 * (size_t)node;
   float box[8][3];
   find_box(&scene->model->meshes[mesh], box);
-  const tw_mesh stand_in = {.positions = *box, .point_count = 8, .corners = corners, .corner_count = 8};
+  const tw_mesh stand_in = {.positions = *box, .point_count = 8, .corners = box_corners, .corner_count = 8};
   for (uint32_t i = 0; i < count; i++, out++) {
     tw_trs local;
     float matrix[16];
@@ -143,6 +144,21 @@ bool tw_node_first_place(const tw_model *model, uint32_t node, tw_placement *out
   if (has_memory) place_node(&rest, &world, node, 1, out);
   free_world(&world);
   return has_memory;
+}
+
+uint32_t tw_placements_count_far(const tw_scene *scene, const tw_placements *places, const double origin[3]) {
+  uint32_t count = 0;
+  float box[8][3];
+  const tw_mesh stand_in = {.positions = *box, .point_count = 8, .corners = box_corners, .corner_count = 8};
+  for (uint32_t i = 0; i < places->count; i++) {
+    const tw_placement *place = &places->items[i];
+    float world[16];
+    if (i == 0 || place->mesh != place[-1].mesh) find_box(&scene->model->meshes[place->mesh], box);
+    memcpy(world, place->world, sizeof world);
+    for (int c = 0; c < 3; c++) world[12 + c] = (float)(place->origin[c] - origin[c]);
+    count += tw_shows_far(world, &stand_in);
+  }
+  return count;
 }
 
 void tw_placements_deinit(tw_placements *placements) {

@@ -293,6 +293,8 @@ void tw_flat_stream_seek(tw_flat_stream *stream, uint64_t offset); /* continues 
 
 /* Whether all is moved, by minus the origin in the model's unit; it is 0 else. */
 bool tw_flat_stream_origin(const tw_flat_stream *stream, double origin[3]);
+/* How often a mesh is shown where floats change its shape all the same. */
+uint32_t tw_flat_stream_far_count(const tw_flat_stream *stream);
 
 /* The size of such a stream, without computing a point. */
 tw_status tw_flat_stream_predict(const tw_scene *scene, const tw_flat_options *options, uint64_t *size,
