@@ -42,12 +42,17 @@ bool tw_flat_place(const tw_scene *scene, double scale, tw_flat_scene *out) {
   bool is_placed = tw_placements_find(scene, &places);
   if (is_placed) out->parts = tw_alloc(places.count, sizeof *out->parts);
   if (out->parts) place_parts(&places, scale, out);
+  if (out->parts) out->is_beyond = tw_placements_are_beyond(scene, &places, scale);
   tw_placements_deinit(&places);
   return out->parts;
 }
 
 void tw_flat_deinit(tw_flat_scene *flat) {
   tw_free(flat->parts);
+}
+
+tw_status tw_flat_check(const tw_flat_scene *flat, tw_error *error) {
+  return flat->is_beyond ? tw_fail(error, TW_LIMIT, "nodes and units take coordinates beyond 3.4e38") : TW_OK;
 }
 
 tw_surface_group tw_flat_faces(const tw_surface *surface) {

@@ -138,6 +138,7 @@ tw_status tw_flat_stream_create(const tw_scene *scene, const tw_flat_options *op
                                 tw_error *error) {
   tw_flat_stream *stream = tw_alloc_zero(1, sizeof *stream);
   tw_status status = stream ? lay_out(stream, scene, options, error) : TW_NO_MEMORY;
+  if (status == TW_OK && stream->form != TW_FLAT_POINTS) status = tw_flat_check(&stream->flat, error);
   if (status == TW_OK && !allocate(stream)) status = TW_NO_MEMORY;
   if (status == TW_OK) {
     *out = stream;

@@ -2,6 +2,8 @@
  * move the parts of a model against each other. */
 #include "placement.h"
 
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
 #include "instances.h"
@@ -159,6 +161,32 @@ uint32_t tw_placements_count_far(const tw_scene *scene, const tw_placements *pla
     count += tw_shows_far(world, &stand_in);
   }
   return count;
+}
+
+/* Whether the corners of a box have places in floats. */
+static bool is_box_beyond(const float world[16], float box[8][3], double scale) {
+  for (int corner = 0; corner < 8; corner++)
+    for (int row = 0; row < 3; row++) {
+      double at = (double)world[12 + row];
+      for (int c = 0; c < 3; c++) at += (double)world[4 * c + row] * (double)box[corner][c];
+      if (!(fabs(scale * at) <= (double)FLT_MAX)) return true;
+    }
+  return false;
+}
+
+bool tw_placements_are_beyond(const tw_scene *scene, const tw_placements *places, double scale) {
+  /* No coordinate can exceed the sum of four parts of this. */
+  const double plain = (double)FLT_MAX / 4 / (scale * (double)TW_COORDINATE_MAX);
+  for (uint32_t i = 0; i < places->count; i++) {
+    const tw_placement *place = &places->items[i];
+    bool is_plain = true;
+    float box[8][3];
+    for (int k = 0; k < 16; k++) is_plain &= fabs((double)place->world[k]) <= plain;
+    if (is_plain) continue;
+    find_box(&scene->model->meshes[place->mesh], box);
+    if (is_box_beyond(place->world, box, scale)) return true;
+  }
+  return false;
 }
 
 void tw_placements_deinit(tw_placements *placements) {
