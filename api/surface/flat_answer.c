@@ -64,6 +64,15 @@ api_outcome api_flat_warn_of_move(api_call *call, const double origin[3]) {
   return api_call_warn_text(call, &text);
 }
 
+api_outcome api_flat_warn_of_far(api_call *call, uint32_t count) {
+  tw_text text = {0};
+  if (count == 0) return API_DONE;
+  tw_text_count(&text, count);
+  tw_text_add(&text, count == 1 ? " mesh lies so far from the others that floats change its shape"
+                                : " meshes lie so far from the others that floats change their shape");
+  return api_call_warn_text(call, &text);
+}
+
 /* ---- losses ---------------------------------------------------------------------------------- */
 
 /* How many meshes, nodes or materials have something. */

@@ -50,5 +50,6 @@ api_outcome api_flat_warn_of_losses(api_call *call, const tw_scene *scene, uint3
 
 /* Warns that all was moved by minus the origin. */
 api_outcome api_flat_warn_of_move(api_call *call, const double origin[3]);
+api_outcome api_flat_warn_of_far(api_call *call, uint32_t count); /* of tw_flat_stream_far_count */
 
 #endif

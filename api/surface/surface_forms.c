@@ -247,6 +247,7 @@ static api_outcome open_flat(api_call *call, api_surface_request *request) {
   if (status != TW_OK) return check_size(call, request, status, 0);
   api_outcome outcome =
       tw_flat_stream_origin(request->flat, origin) ? api_flat_warn_of_move(call, origin) : API_DONE;
+  if (outcome == API_DONE) outcome = api_flat_warn_of_far(call, tw_flat_stream_far_count(request->flat));
   if (outcome == API_DONE) outcome = api_warn_of_shells(call, request);
   if (outcome == API_DONE) outcome = warn_of_losses(call, request);
   return outcome == API_DONE ? api_flat_warn_of_unit(call, &request->query.flat) : outcome;

@@ -25,12 +25,17 @@ typedef struct tw_flat_scene {
    * in the model's unit; else 0. */
   bool is_moved;
   double origin[3];
+  uint32_t far_count; /* parts that lie too far for floats even then */
+  bool is_beyond;     /* floats cannot hold some coordinate, see tw_flat_check */
 } tw_flat_scene;
 
 /* Places what a scene shows. scale: of coordinates in the answer's unit. False without memory; then too it
  * must be deinited. */
 bool tw_flat_place(const tw_scene *scene, double scale, tw_flat_scene *out);
 void tw_flat_deinit(tw_flat_scene *flat);
+
+/* TW_LIMIT where floats cannot hold a coordinate of the answer. */
+tw_status tw_flat_check(const tw_flat_scene *flat, tw_error *error);
 
 /* All faces of a surface, whatever their material. */
 tw_surface_group tw_flat_faces(const tw_surface *surface);

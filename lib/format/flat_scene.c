@@ -24,6 +24,7 @@ static void place_parts(const tw_placements *places, double scale, tw_flat_scene
     out->is_moved = places->items[i].is_far;
     if (out->is_moved) memcpy(out->origin, places->items[i].origin, sizeof out->origin);
   }
+  if (out->is_moved) out->far_count = tw_placements_count_far(&out->scene, places, out->origin);
   for (uint64_t points = 0; out->part_count < places->count; out->part_count++) {
     const tw_placement *place = &places->items[out->part_count];
     const tw_surface *surface = out->scene.surfaces[place->mesh];
@@ -41,12 +42,17 @@ bool tw_flat_place(const tw_scene *scene, double scale, tw_flat_scene *out) {
   bool is_placed = tw_placements_find(scene, &places);
   if (is_placed) out->parts = tw_alloc(places.count, sizeof *out->parts);
   if (out->parts) place_parts(&places, scale, out);
+  if (out->parts) out->is_beyond = tw_placements_are_beyond(scene, &places, scale);
   tw_placements_deinit(&places);
   return out->parts;
 }
 
 void tw_flat_deinit(tw_flat_scene *flat) {
   tw_free(flat->parts);
+}
+
+tw_status tw_flat_check(const tw_flat_scene *flat, tw_error *error) {
+  return flat->is_beyond ? tw_fail(error, TW_LIMIT, "nodes and units take coordinates beyond 3.4e38") : TW_OK;
 }
 
 tw_surface_group tw_flat_faces(const tw_surface *surface) {

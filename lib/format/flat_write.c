@@ -138,6 +138,7 @@ tw_status tw_flat_stream_create(const tw_scene *scene, const tw_flat_options *op
                                 tw_error *error) {
   tw_flat_stream *stream = tw_alloc_zero(1, sizeof *stream);
   tw_status status = stream ? lay_out(stream, scene, options, error) : TW_NO_MEMORY;
+  if (status == TW_OK && stream->form != TW_FLAT_POINTS) status = tw_flat_check(&stream->flat, error);
   if (status == TW_OK && !allocate(stream)) status = TW_NO_MEMORY;
   if (status == TW_OK) {
     *out = stream;
@@ -164,6 +165,10 @@ uint64_t tw_flat_stream_size(const tw_flat_stream *stream) {
 bool tw_flat_stream_origin(const tw_flat_stream *stream, double origin[3]) {
   memcpy(origin, stream->flat.origin, sizeof stream->flat.origin);
   return stream->flat.is_moved;
+}
+
+uint32_t tw_flat_stream_far_count(const tw_flat_stream *stream) {
+  return stream->flat.far_count;
 }
 
 tw_status tw_flat_stream_predict(const tw_scene *scene, const tw_flat_options *options, uint64_t *size,

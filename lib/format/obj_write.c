@@ -578,11 +578,14 @@ static bool allocate(tw_obj_stream *stream) {
 
 tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_error *error) {
   tw_obj_stream *stream = tw_alloc_zero(1, sizeof *stream);
+  bool is_beyond = false;
   if (stream) {
     stream->scene = *scene;
     stream->material = -1;
     stream->names = TW_NO_INDEX;
-    if (allocate(stream)) {
+    bool has_memory = allocate(stream);
+    is_beyond = has_memory && tw_placements_are_beyond(scene, &stream->places, 1);
+    if (has_memory && !is_beyond) {
       put_name(stream, "# tweend ", tw_version());
       const tw_surface_options *options =
           scene->model->mesh_count > 0 ? tw_surface_get_options(scene->surfaces[0]) : NULL;
@@ -592,7 +595,8 @@ tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_er
     }
   }
   tw_obj_stream_destroy(stream);
-  return tw_fail(error, TW_NO_MEMORY, "no memory for an OBJ stream");
+  return is_beyond ? tw_fail(error, TW_LIMIT, "nodes take coordinates beyond 3.4e38")
+                   : tw_fail(error, TW_NO_MEMORY, "no memory for an OBJ stream");
 }
 
 void tw_obj_stream_destroy(tw_obj_stream *stream) {

@@ -2,6 +2,8 @@
  * move the parts of a model against each other. */
 #include "placement.h"
 
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
 #include "instances.h"
@@ -68,15 +70,16 @@ static void find_box(const tw_mesh *mesh, float box[8][3]) {
     for (int c = 0; c < 3; c++) box[corner][c] = corner >> c & 1 ? high[c] : low[c];
 }
 
+static const uint32_t box_corners[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+
 /* Places the first `count` instances of a node. */
 static void place_instances(const tw_scene *scene, const world_nodes *world, uint32_t node,
                             const tw_instances *instances, uint32_t count, tw_placement *out) {
-  static const uint32_t corners[8] = {0, 1, 2, 3, 4, 5, 6, 7};
   const uint32_t mesh = scene->model->nodes[node].mesh;
   const float *above = world->matrices + 16 * (size_t)node;
   float box[8][3];
   find_box(&scene->model->meshes[mesh], box);
-  const tw_mesh stand_in = {.positions = *box, .point_count = 8, .corners = corners, .corner_count = 8};
+  const tw_mesh stand_in = {.positions = *box, .point_count = 8, .corners = box_corners, .corner_count = 8};
   for (uint32_t i = 0; i < count; i++, out++) {
     tw_trs local;
     float matrix[16];
@@ -143,6 +146,47 @@ bool tw_node_first_place(const tw_model *model, uint32_t node, tw_placement *out
   if (has_memory) place_node(&rest, &world, node, 1, out);
   free_world(&world);
   return has_memory;
+}
+
+uint32_t tw_placements_count_far(const tw_scene *scene, const tw_placements *places, const double origin[3]) {
+  uint32_t count = 0;
+  float box[8][3];
+  const tw_mesh stand_in = {.positions = *box, .point_count = 8, .corners = box_corners, .corner_count = 8};
+  for (uint32_t i = 0; i < places->count; i++) {
+    const tw_placement *place = &places->items[i];
+    float world[16];
+    if (i == 0 || place->mesh != place[-1].mesh) find_box(&scene->model->meshes[place->mesh], box);
+    memcpy(world, place->world, sizeof world);
+    for (int c = 0; c < 3; c++) world[12 + c] = (float)(place->origin[c] - origin[c]);
+    count += tw_shows_far(world, &stand_in);
+  }
+  return count;
+}
+
+/* Whether the corners of a box have places in floats. */
+static bool is_box_beyond(const float world[16], float box[8][3], double scale) {
+  for (int corner = 0; corner < 8; corner++)
+    for (int row = 0; row < 3; row++) {
+      double at = (double)world[12 + row];
+      for (int c = 0; c < 3; c++) at += (double)world[4 * c + row] * (double)box[corner][c];
+      if (!(fabs(scale * at) <= (double)FLT_MAX)) return true;
+    }
+  return false;
+}
+
+bool tw_placements_are_beyond(const tw_scene *scene, const tw_placements *places, double scale) {
+  /* No coordinate can exceed the sum of four parts of this. */
+  const double plain = (double)FLT_MAX / 4 / (scale * (double)TW_COORDINATE_MAX);
+  for (uint32_t i = 0; i < places->count; i++) {
+    const tw_placement *place = &places->items[i];
+    bool is_plain = true;
+    float box[8][3];
+    for (int k = 0; k < 16; k++) is_plain &= fabs((double)place->world[k]) <= plain;
+    if (is_plain) continue;
+    find_box(&scene->model->meshes[place->mesh], box);
+    if (is_box_beyond(place->world, box, scale)) return true;
+  }
+  return false;
 }
 
 void tw_placements_deinit(tw_placements *placements) {

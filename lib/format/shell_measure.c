@@ -203,6 +203,7 @@ tw_status tw_scene_measure(const tw_scene *scene, double scale, const tw_paralle
   tw_flat_scene flat;
   tw_status status = TW_OK;
   if (!tw_flat_place(scene, scale, &flat)) status = tw_fail(error, TW_NO_MEMORY, "out of memory");
+  if (status == TW_OK) status = tw_flat_check(&flat, error);
   *out = (tw_solid){0};
   for (uint32_t i = 0; i < flat.part_count && status == TW_OK; i++) {
     tw_shell *shells = NULL;

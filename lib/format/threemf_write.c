@@ -384,6 +384,7 @@ tw_status tw_3mf_stream_create(const tw_scene *scene, const tw_3mf_options *opti
   tw_3mf_stream *stream = tw_alloc_zero(1, sizeof *stream);
   tw_status status = stream && tw_flat_place(scene, options->scale, &stream->flat) ? TW_OK : TW_NO_MEMORY;
   if (stream) stream->options = *options;
+  if (status == TW_OK) status = tw_flat_check(&stream->flat, error);
   if (status == TW_OK) status = list_objects(stream);
   if (status == TW_OK) status = allocate(stream);
   if (status == TW_OK) {
@@ -391,7 +392,7 @@ tw_status tw_3mf_stream_create(const tw_scene *scene, const tw_3mf_options *opti
     return TW_OK;
   }
   tw_3mf_stream_destroy(stream);
-  return tw_fail(error, status, "no memory for a 3MF stream");
+  return status == TW_NO_MEMORY ? tw_fail(error, status, "no memory for a 3MF stream") : status;
 }
 
 bool tw_3mf_stream_origin(const tw_3mf_stream *stream, double origin[3]) {

@@ -142,6 +142,24 @@ static bool join_faces(const base *b, const uint8_t *shown, edge_faces *edges, u
   return tw_work((uint64_t)b->rim->corner_count * STEPS_A_CORNER);
 }
 
+/* A face that comes to two points twice has an edge there for each time, one after the other. Of level 0 they
+ * are one edge of the answer: the second one's faces are added to the first. */
+static void join_folds(const base *b, edge_faces *edges, uint32_t *sets) {
+  const tw_topology *t = b->topology;
+  uint32_t first = 0;
+  for (uint32_t e = 1; !b->level && e < b->edge_count; e++) {
+    const uint32_t *own = t->edge_vertices[e], *to = t->edge_vertices[first];
+    bool is_turned = own[0] == to[1] && own[1] == to[0];
+    if (!is_turned && (own[0] != to[0] || own[1] != to[1])) {
+      first = e;
+      continue;
+    }
+    for (uint8_t i = 0; i < edges[e].along; i++) add_face(&edges[first], is_turned, edges[e].first, sets);
+    for (uint8_t i = 0; i < edges[e].against; i++) add_face(&edges[first], !is_turned, edges[e].first, sets);
+    edges[e] = (edge_faces){0};
+  }
+}
+
 /* Numbers the sets: in place of its root each face gets the number of its shell. Roots come first. */
 static uint32_t number_shells(const base *b, const uint8_t *shown, uint32_t *sets) {
   uint32_t count = 0;
@@ -189,6 +207,7 @@ static tw_status find(const base *b, uint8_t *shown, edge_faces *edges, tw_face_
   if (!shown || !edges || !out->of) return TW_NO_MEMORY;
   mark_shown(b, shown);
   if (!join_faces(b, shown, edges, out->of)) return TW_CANCELLED;
+  if (out->surface->options.level == 0) join_folds(b, edges, out->of);
   find_roots(all_faces(b), out->of);
   out->count = number_shells(b, shown, out->of);
   out->edges = tw_alloc_zero(out->count, sizeof *out->edges);

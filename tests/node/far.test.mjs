@@ -313,3 +313,28 @@ test('edits in a document have its coordinates, however far its points are', asy
   assert.equal(refused.status, 422);
   assert.equal((await refused.json()).errors[0].pointer, '/meshes/0/edits/4');
 });
+
+test('STL and PLY tell of meshes so far apart that floats change their shape', async () => {
+  const ask = async (nodes, form) => {
+    const model = await daemon.upload(JSON.stringify({ meshes: [{ name: 'a', positions: shapeOf(1), faces: FACES }], nodes }));
+    const answer = await fetch(`${model}/surface.${form}?level=1&unit=m&normals=none`);
+    const warning = decodeURIComponent(answer.headers.get('X-Tweend-Warning') ?? '');
+    return { warnings: parseInt(warning, 10), warning, bytes: Buffer.from(await answer.arrayBuffer()) };
+  };
+  const node = (name, ...translation) => ({ name, mesh: 'a', translation });
+  // An edge of each triangle of the first mesh, against those of the mesh at the origin.
+  const edges = (bytes) => Array.from({ length: 48 }, (_, i) => {
+    const at = (corner, c) => bytes.readFloatLE(84 + 50 * i + 12 + 12 * corner + 4 * c);
+    return Math.hypot(...[0, 1, 2].map((c) => at(1, c) - at(0, c)));
+  });
+  const right = edges((await ask([node('n', 0, 0, 0)], 'stl')).bytes);
+  const loss = (bytes) => Math.max(...edges(bytes).map((x, i) => Math.abs(x - right[i])));
+  const together = await ask([node('n', 5e6, 0, 0), node('m', 5e6 + 4, 0, 0)], 'stl');
+  assert.ok(loss(together.bytes) < 3e-6);
+  const apart = await ask([node('n', 0, 0, 0), node('m', 5e6, 0, 0)], 'stl');
+  assert.ok(loss(apart.bytes) > 0.01);
+  assert.equal(apart.warnings, together.warnings + 1, apart.warning);
+  const ply = async (x) => (await ask([node('n', 0, 0, 0), node('m', x, 0, 0), node('o', -x, 0, 0)], 'ply')).warnings;
+  assert.equal(await ply(5e6), 1 + 2, 'nodes, all is moved, and two meshes are far');
+  assert.equal(await ply(4), 1);
+});

@@ -181,6 +181,31 @@ TEST(unsplit_rows_are_among_the_split_ones) {
   }
 }
 
+/* A node below another: together they scale by nearly as much as a float holds. */
+TEST(coordinates_beyond_floats_are_refused) {
+  fixture f;
+  fixture_init(&f, cube_text);
+  uint32_t inner = fixture_node(&f, "inner", 0, 0);
+  f.model->nodes[0].mesh = TW_NO_INDEX;
+  for (int c = 0; c < 3; c++) f.model->nodes[0].rest.scale[c] = f.model->nodes[inner].rest.scale[c] = 1.5e19f;
+  fixture_refine(&f, 1, true);
+  tw_flat_stream *stream;
+  tw_error error;
+  size_t size;
+  free(write_flat(&f.scene, &forms[1], 4096, &size)); /* 2.25e38 metres */
+  assert_int_equal(tw_flat_stream_create(&f.scene, &forms[0], &stream, &error), TW_LIMIT);
+  const tw_3mf_options options = {.scale = 1000, .unit = "millimeter"};
+  tw_3mf_stream *package;
+  assert_int_equal(tw_3mf_stream_create(&f.scene, &options, &package, &error), TW_LIMIT);
+  f.model->nodes[inner].rest.scale[0] = 1e20f; /* the matrix itself is beyond floats */
+  f.model->nodes[0].rest.scale[0] = 1e20f;
+  assert_int_equal(tw_flat_stream_create(&f.scene, &forms[1], &stream, &error), TW_LIMIT);
+  assert_string_equal(error.detail, "nodes and units take coordinates beyond 3.4e38");
+  tw_obj_stream *text;
+  assert_int_equal(tw_obj_stream_create(&f.scene, &text, &error), TW_LIMIT);
+  fixture_deinit(&f);
+}
+
 TEST(without_memory_there_is_no_stream) {
   fixture f;
   fixture_init(&f, patchwork_text);

@@ -520,12 +520,13 @@ TEST(attributes_of_an_application_are_read_in_the_order_of_the_document) {
   static const char *const warnings[] = {
       "the attribute COLOR_0 is white and opaque where a primitive lacks it",
       "the attribute _\n is left out",
+      "the attribute _A is filled up with 0 where a primitive has fewer numbers of it",
       "the attribute _Late is 0 where a primitive lacks it",
       "the attribute _M is left out",
       "the attribute _Z is 0 where a primitive lacks it",
       "the attribute _\xC3\xA4 is 0 where a primitive lacks it"};
-  assert_int_equal(model->warning_count, 8); /* and that the two lie on each other and become one */
-  for (uint32_t i = 0; i < 6; i++) assert_string_equal(model->warnings[i], warnings[i]);
+  assert_int_equal(model->warning_count, 9); /* and that the two lie on each other and become one */
+  for (uint32_t i = 0; i < 7; i++) assert_string_equal(model->warnings[i], warnings[i]);
   tw_model_destroy(model);
 }
 

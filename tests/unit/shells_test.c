@@ -230,6 +230,33 @@ TEST(a_solid_is_measured_in_the_world) {
   fixture_deinit(&f);
 }
 
+/* A plate with a hole: polygons of ten corners go round both borders of its top and bottom, and twice along
+ * the edge between these. */
+TEST(an_edge_with_one_face_on_both_sides_is_not_open) {
+  static const char plate[] = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 1 1 0\nv 3 1 0\nv 3 3 0\nv 1 3 0\n"
+                              "v 0 0 1\nv 4 0 1\nv 4 4 1\nv 0 4 1\nv 1 1 1\nv 3 1 1\nv 3 3 1\nv 1 3 1\n"
+                              "f 9 10 11 12 9 13 16 15 14 13\nf 1 5 6 7 8 5 1 4 3 2\n"
+                              "f 1 2 10 9\nf 2 3 11 10\nf 3 4 12 11\nf 4 1 9 12\n"
+                              "f 6 5 13 14\nf 7 6 14 15\nf 8 7 15 16\nf 5 8 16 13\n";
+  fixture f;
+  fixture_init(&f, plate);
+  fixture_refine(&f, 0, false);
+  tw_solid solid;
+  assert_int_equal(tw_scene_measure(&f.scene, 1, NULL, &solid, NULL), TW_OK);
+  assert_int_equal(solid.shells, 1);
+  assert_int_equal(solid.closed, 1);
+  assert_int_equal(solid.open_edges, 0);
+  assert_true(is_near(solid.volume, 16 - 4));
+  assert_true(is_near(solid.area, 2 * (16 - 4) + 16 + 8));
+  fixture_deinit(&f);
+  fixture_init(&f, plate); /* steps keep the two sides of the edge apart */
+  fixture_refine(&f, 1, false);
+  assert_shells(f.surfaces[0], "plate");
+  assert_int_equal(tw_scene_measure(&f.scene, 1, NULL, &solid, NULL), TW_OK);
+  assert_int_equal(solid.open_edges, 8);
+  fixture_deinit(&f);
+}
+
 static void run_backwards(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
                           void *context) {
   (void)owner;

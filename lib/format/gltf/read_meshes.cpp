@@ -599,7 +599,7 @@ private:
     const SmoothAttribute &attribute = opened_.smooth[i];
     Vector<float> values(document_.budget, size_t{attribute.width} * elements_.size(),
                          attribute.is_color() ? 1.0f : 0.0f);
-    bool has_all = true, is_usable = true, is_within = true, is_exact = true;
+    bool has_all = true, has_width = true, is_usable = true, is_within = true, is_exact = true;
     for (uint32_t v = 0; v < elements_.size(); v++) {
       const VertexSource &source = source_of(v);
       const Elements *elements = i < source.attributes.size() ? source.attributes[i] : nullptr;
@@ -609,6 +609,7 @@ private:
         read_vertex(elements, v, value);
         is_within &= std::all_of(value, value + attribute.width, tw_is_color);
       } else if (elements) {
+        has_width &= elements->width() == attribute.width;
         is_usable &= read_usable(*elements, elements_[v], value);
         is_exact &= elements->component_type() != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT ||
                     std::all_of(value, value + elements->width(), [](float x) { return x < exact_integers; });
@@ -618,6 +619,8 @@ private:
       document_.note(attribute.name + (attribute.is_color()
                                            ? " is white and opaque where a primitive lacks it"
                                            : " is 0 where a primitive lacks it"));
+    if (!has_width)
+      document_.note(attribute.name + " is filled up with 0 where a primitive has fewer numbers of it");
     if (!is_within) document_.note(attribute.name + " is brought into 0 to 1 where it is beyond");
     if (!is_usable) document_.note(attribute.name + " is 0 where it is no number up to 1e18");
     if (!is_exact) document_.note(attribute.name + " is rounded where it is 16777216 or more, as floats are");

@@ -252,7 +252,7 @@ bool tw_node_first_place(const tw_model *model, uint32_t node, tw_placement *out
  * the mesh, with a number behind a name that is taken, and the tags of surfaces that were made `tagged`, as
  * tw_obj_read reads them. Colours stand behind the points, as sRGB of six decimals; where faces of a point
  * have different colours, that of one of them. The size is unknown until the end. The scene's clips and
- * `polygons` are ignored: faces stay polygons. */
+ * `polygons` are ignored: faces stay polygons. TW_LIMIT where coordinates are beyond floats. */
 typedef struct tw_obj_stream tw_obj_stream;
 tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_error *error);
 void tw_obj_stream_destroy(tw_obj_stream *stream); /* NULL accepted */
@@ -281,7 +281,7 @@ typedef struct tw_flat_options {
  * different ones at a point, it has those of one of them. All little-endian. */
 typedef struct tw_flat_stream tw_flat_stream;
 
-/* TW_LIMIT: over 2^32 - 1 triangles in STL, or points in PLY. TW_NO_MEMORY. */
+/* TW_LIMIT: over 2^32 - 1 triangles in STL, or points in PLY, or coordinates beyond floats. TW_NO_MEMORY. */
 tw_status tw_flat_stream_create(const tw_scene *scene, const tw_flat_options *options, tw_flat_stream **out,
                                 tw_error *error);
 void tw_flat_stream_destroy(tw_flat_stream *stream); /* NULL accepted */
@@ -293,6 +293,8 @@ void tw_flat_stream_seek(tw_flat_stream *stream, uint64_t offset); /* continues 
 
 /* Whether all is moved, by minus the origin in the model's unit; it is 0 else. */
 bool tw_flat_stream_origin(const tw_flat_stream *stream, double origin[3]);
+/* How often a mesh is shown where floats change its shape all the same. */
+uint32_t tw_flat_stream_far_count(const tw_flat_stream *stream);
 
 /* The size of such a stream, without computing a point. */
 tw_status tw_flat_stream_predict(const tw_scene *scene, const tw_flat_options *options, uint64_t *size,
@@ -311,7 +313,7 @@ typedef struct tw_3mf_options {
                           NULL: none. Outlives the stream */
 } tw_3mf_options;
 
-/* TW_NO_MEMORY. */
+/* TW_LIMIT where coordinates are beyond floats. TW_NO_MEMORY. */
 tw_status tw_3mf_stream_create(const tw_scene *scene, const tw_3mf_options *options, tw_3mf_stream **out,
                                tw_error *error);
 void tw_3mf_stream_destroy(tw_3mf_stream *stream);                        /* NULL accepted */

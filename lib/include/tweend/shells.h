@@ -36,7 +36,7 @@ typedef struct tw_solid {
 void tw_solid_add(tw_solid *solid, const tw_shell *shell);
 
 /* Measures what tw_flat_stream_create would answer with this scale: each mesh for each node that shows it. As
- * tw_shells_measure. */
+ * tw_shells_measure; also TW_LIMIT, as that has. */
 tw_status tw_scene_measure(const tw_scene *scene, double scale, const tw_parallel_for *parallel,
                            tw_solid *out, tw_error *error);
 
