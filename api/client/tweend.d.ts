@@ -1371,15 +1371,15 @@ export interface SurfaceOptions {
    * model's skeleton. Bones are matched by `map`, then by humanoid maps (VRM), equal names, and the names that
    * usual rigs have (Mixamo, CMU and other BVH, Rigify and Blender, Unreal's mannequin, MakeHuman, Ready Player Me,
    * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Auto-Rig Pro, AdvancedSkeleton, Perception Neuron, Roblox
-   * R15, Motive, Kinect, Xsens, Biovision). Rotations go over relative to each rest pose; limbs that rest otherwise
-   * are aligned from joint to joint, so that the hand points where the source's points; a source that rests with
-   * its legs folded up beside the trunk (LaFAN1) counts as resting as it stands straightest in the clip, which
-   * X-Tweend-Warning tells; bones in between share the motion, or are taken into it; hips move by the ratio of leg
-   * lengths, and between humanoid maps by that of hip heights. Expressions and gaze of a VRMA go over to a VRM's
-   * face either way. Bones that the clip moves and that have no counterpart are a warning with the first of their
-   * names. 422 where fewer than half of the bones match, of those that the clip moves or of the model's where these
-   * are fewer, and without a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning
-   * tells that `auto` does nothing.
+   * R15, Motive, Kinect, Xsens, Biovision, Rokoko, ARKit, VRChat, MikuMikuDance). Rotations go over relative to
+   * each rest pose; limbs that rest otherwise are aligned from joint to joint, so that the hand points where the
+   * source's points; a source that rests with its legs folded up beside the trunk (LaFAN1) counts as resting as it
+   * stands straightest in the clip, which X-Tweend-Warning tells; bones in between share the motion, or are taken
+   * into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Expressions
+   * and gaze of a VRMA go over to a VRM's face either way. Bones that the clip moves and that have no counterpart
+   * are a warning with the first of their names. 422 where fewer than half of the bones match, of those that the
+   * clip moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where
+   * no other is asked for, X-Tweend-Warning tells that `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1537,15 +1537,15 @@ export interface PoseOptions {
    * model's skeleton. Bones are matched by `map`, then by humanoid maps (VRM), equal names, and the names that
    * usual rigs have (Mixamo, CMU and other BVH, Rigify and Blender, Unreal's mannequin, MakeHuman, Ready Player Me,
    * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Auto-Rig Pro, AdvancedSkeleton, Perception Neuron, Roblox
-   * R15, Motive, Kinect, Xsens, Biovision). Rotations go over relative to each rest pose; limbs that rest otherwise
-   * are aligned from joint to joint, so that the hand points where the source's points; a source that rests with
-   * its legs folded up beside the trunk (LaFAN1) counts as resting as it stands straightest in the clip, which
-   * X-Tweend-Warning tells; bones in between share the motion, or are taken into it; hips move by the ratio of leg
-   * lengths, and between humanoid maps by that of hip heights. Expressions and gaze of a VRMA go over to a VRM's
-   * face either way. Bones that the clip moves and that have no counterpart are a warning with the first of their
-   * names. 422 where fewer than half of the bones match, of those that the clip moves or of the model's where these
-   * are fewer, and without a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning
-   * tells that `auto` does nothing.
+   * R15, Motive, Kinect, Xsens, Biovision, Rokoko, ARKit, VRChat, MikuMikuDance). Rotations go over relative to
+   * each rest pose; limbs that rest otherwise are aligned from joint to joint, so that the hand points where the
+   * source's points; a source that rests with its legs folded up beside the trunk (LaFAN1) counts as resting as it
+   * stands straightest in the clip, which X-Tweend-Warning tells; bones in between share the motion, or are taken
+   * into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Expressions
+   * and gaze of a VRMA go over to a VRM's face either way. Bones that the clip moves and that have no counterpart
+   * are a warning with the first of their names. 422 where fewer than half of the bones match, of those that the
+   * clip moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where
+   * no other is asked for, X-Tweend-Warning tells that `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1653,15 +1653,15 @@ export interface LiveOptions {
    * model's skeleton. Bones are matched by `map`, then by humanoid maps (VRM), equal names, and the names that
    * usual rigs have (Mixamo, CMU and other BVH, Rigify and Blender, Unreal's mannequin, MakeHuman, Ready Player Me,
    * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Auto-Rig Pro, AdvancedSkeleton, Perception Neuron, Roblox
-   * R15, Motive, Kinect, Xsens, Biovision). Rotations go over relative to each rest pose; limbs that rest otherwise
-   * are aligned from joint to joint, so that the hand points where the source's points; a source that rests with
-   * its legs folded up beside the trunk (LaFAN1) counts as resting as it stands straightest in the clip, which
-   * X-Tweend-Warning tells; bones in between share the motion, or are taken into it; hips move by the ratio of leg
-   * lengths, and between humanoid maps by that of hip heights. Expressions and gaze of a VRMA go over to a VRM's
-   * face either way. Bones that the clip moves and that have no counterpart are a warning with the first of their
-   * names. 422 where fewer than half of the bones match, of those that the clip moves or of the model's where these
-   * are fewer, and without a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning
-   * tells that `auto` does nothing.
+   * R15, Motive, Kinect, Xsens, Biovision, Rokoko, ARKit, VRChat, MikuMikuDance). Rotations go over relative to
+   * each rest pose; limbs that rest otherwise are aligned from joint to joint, so that the hand points where the
+   * source's points; a source that rests with its legs folded up beside the trunk (LaFAN1) counts as resting as it
+   * stands straightest in the clip, which X-Tweend-Warning tells; bones in between share the motion, or are taken
+   * into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Expressions
+   * and gaze of a VRMA go over to a VRM's face either way. Bones that the clip moves and that have no counterpart
+   * are a warning with the first of their names. 422 where fewer than half of the bones match, of those that the
+   * clip moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where
+   * no other is asked for, X-Tweend-Warning tells that `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1769,15 +1769,15 @@ export interface TracksOptions {
    * model's skeleton. Bones are matched by `map`, then by humanoid maps (VRM), equal names, and the names that
    * usual rigs have (Mixamo, CMU and other BVH, Rigify and Blender, Unreal's mannequin, MakeHuman, Ready Player Me,
    * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Auto-Rig Pro, AdvancedSkeleton, Perception Neuron, Roblox
-   * R15, Motive, Kinect, Xsens, Biovision). Rotations go over relative to each rest pose; limbs that rest otherwise
-   * are aligned from joint to joint, so that the hand points where the source's points; a source that rests with
-   * its legs folded up beside the trunk (LaFAN1) counts as resting as it stands straightest in the clip, which
-   * X-Tweend-Warning tells; bones in between share the motion, or are taken into it; hips move by the ratio of leg
-   * lengths, and between humanoid maps by that of hip heights. Expressions and gaze of a VRMA go over to a VRM's
-   * face either way. Bones that the clip moves and that have no counterpart are a warning with the first of their
-   * names. 422 where fewer than half of the bones match, of those that the clip moves or of the model's where these
-   * are fewer, and without a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning
-   * tells that `auto` does nothing.
+   * R15, Motive, Kinect, Xsens, Biovision, Rokoko, ARKit, VRChat, MikuMikuDance). Rotations go over relative to
+   * each rest pose; limbs that rest otherwise are aligned from joint to joint, so that the hand points where the
+   * source's points; a source that rests with its legs folded up beside the trunk (LaFAN1) counts as resting as it
+   * stands straightest in the clip, which X-Tweend-Warning tells; bones in between share the motion, or are taken
+   * into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Expressions
+   * and gaze of a VRMA go over to a VRM's face either way. Bones that the clip moves and that have no counterpart
+   * are a warning with the first of their names. 422 where fewer than half of the bones match, of those that the
+   * clip moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where
+   * no other is asked for, X-Tweend-Warning tells that `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";
