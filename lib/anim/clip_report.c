@@ -353,10 +353,35 @@ static double rise_of(const inspection *in, uint32_t foot, uint32_t from, uint32
   return from < end ? sum / (end - from) : 0;
 }
 
+/* How far a foot is above the straight way from one frame to another, in the mean. */
+static double lift_of(const inspection *in, uint32_t foot, uint32_t from, uint32_t to) {
+  double low = height_of(in, foot, from), high = height_of(in, foot, to), sum = 0;
+  for (uint32_t f = from; f < to; f++)
+    sum += height_of(in, foot, f) - low - (high - low) * (f - from) / (to - from);
+  return from < to ? sum / (to - from) : 0;
+}
+
+/* Whether a foot that is slow from the clip's first frame on, or up to the last, lifts on its way from there,
+ * or there, to where it is slow next: one that is held up goes down straight. */
+static bool steps_away(const inspection *in, uint32_t foot, uint32_t from, uint32_t end) {
+  double lift = 0;
+  if (from == 0) {
+    uint32_t next = end;
+    while (next < in->frame_count && !is_slow(in, foot, next)) next++;
+    if (next < in->frame_count) lift = lift_of(in, foot, end - 1, next);
+  } else {
+    uint32_t last = from - 1;
+    while (last > 0 && !is_slow(in, foot, last)) last--;
+    if (is_slow(in, foot, last)) lift = lift_of(in, foot, last, from);
+  }
+  return lift > SIDE_RISE * in->report->height;
+}
+
 /* Whether the foot comes down to where it is slow and goes up from there, as on a step or a slope. What it
  * climbs or descends meanwhile is below one side and above the other, and cancels out; a foot that is held up
  * is above both. */
 static bool stands_higher(const inspection *in, uint32_t foot, uint32_t from, uint32_t end, double level) {
+  if (from == 0 || end == in->frame_count) return steps_away(in, foot, from, end);
   double step = in->duration / (in->frame_count - 1);
   uint32_t side = (uint32_t)fmin(ceil(SIDE_SECONDS / step), in->frame_count);
   double rise = rise_of(in, foot, from > side ? from - side : 0, from, level) +
