@@ -807,7 +807,8 @@ export interface ClipReport {
   feet: string[];
   /** Times of three frames or more in which a foot stands: slower than a quarter of the figure's height a second,
    * and less than 3 % of that height above its lowest place; or above where it stands, as on steps and slopes, if
-   * in the quarters of a second before and after it is higher, together by 1 % of that height. */
+   * in the quarters of a second before and after it is higher, together by 1 % of that height; at the clip's ends,
+   * if on its way to or from the next place where it is slow it is that much above the straight line. */
   contacts: {
     node: string;
     from: number;

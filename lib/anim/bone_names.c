@@ -230,8 +230,6 @@ enum { WORDS = 8, WORD_SIZE = 24, STEM_SIZE = 64, DIGITS = 4, NAME_SIZE = 200 };
 
 /* How the bones of a file are called. */
 typedef struct dialect {
-  bool is_rigify;      /* the spine goes from the hips to the head */
-  bool has_vertebrae;  /* "L5" is one, not something on the left */
   bool has_tails;      /* a number of its own behind each name, as Sketchfab writes them: "Hips_012" */
   bool only_deforming; /* bones without "DEF-" in front steer the others */
   const char *front;   /* [front_size] what most bones have in front of their own names */
@@ -368,6 +366,7 @@ typedef struct said {
   char digits[DIGITS]; /* of the first number */
   uint32_t number_count;
   bool is_part, is_palm; /* of a finger: "Proximal", "Metacarpal" */
+  kind vertebra;         /* what it is where "L5" is a vertebra, not something on the left */
 } said;
 
 static int side_of(const char *word) {
@@ -432,7 +431,7 @@ static kind find_finger(const said *said) {
   return (kind)(KIND_THUMB + first);
 }
 
-/* What a name would be as a vertebra: "L5". */
+/* "L5", "T8", "C1". */
 static kind find_vertebra(const words *words) {
   static const char letters[] = "ltc";
   static const int counts[] = {5, 12, 7};
@@ -467,8 +466,7 @@ static said listen(const char *name, const dialect *dialect) {
   words words;
   char own[NAME_SIZE], stem[STEM_SIZE] = "";
   if (!name || !own_name(name, dialect, own) || !cut(own, &words)) return out;
-  if (dialect->has_vertebrae) out.kind = find_vertebra(&words);
-  if (out.kind != KIND_NONE) return out;
+  out.vertebra = find_vertebra(&words);
   for (uint32_t i = 0; i < words.count; i++) {
     const char *word = words.text[i];
     bool is_finger = strcmp(stem, "finger") == 0, is_thumb = strcmp(stem, "thumb") == 0;
@@ -491,7 +489,6 @@ static said listen(const char *name, const dialect *dialect) {
   if (out.kind == KIND_TOES && out.number_count > 1) out.kind = KIND_NONE; /* one of several toes */
   if (out.kind == KIND_HIP) out.kind = out.side < 0 ? KIND_HIPS : KIND_UPPER_LEG;
   if (is_sided(out.kind) != (out.side >= 0)) out.kind = KIND_NONE;
-  if (dialect->is_rigify && out.kind == KIND_SPINE) out.kind = rigify_kind(&out);
   return out;
 }
 
@@ -563,6 +560,7 @@ typedef struct figures {
   const bool *is_bone;
   dialect dialect;
   kind hips;
+  said *said;      /* [nodes] by their names; of no bone nothing */
   uint32_t *tops;  /* [nodes] the topmost hips above a node or itself, or TW_NO_INDEX */
   uint32_t *below; /* [nodes] bones below those */
 } figures;
@@ -573,8 +571,7 @@ static void find_tops(const figures *f) {
     uint32_t *top = &f->tops[node];
     *top = parent == TW_NO_INDEX ? TW_NO_INDEX : f->tops[parent];
     if (!f->is_bone[node]) continue;
-    if (*top == TW_NO_INDEX && listen(f->skeleton->nodes[node].name, &f->dialect).kind == f->hips)
-      *top = node;
+    if (*top == TW_NO_INDEX && f->said[node].kind == f->hips) *top = node;
     if (*top != TW_NO_INDEX) f->below[*top]++;
   }
 }
@@ -646,40 +643,40 @@ static bool find_front(figures *f) {
   return f->dialect.front_size > 0;
 }
 
-/* What else a dialect tells of names. */
-static void learn(figures *f) {
-  dialect *d = &f->dialect;
-  bool has_lumbar = false, has_thoracic = false;
-  d->is_rigify = d->has_vertebrae = false;
+/* Hears all names. A spine that counts to the head, or vertebrae of its lower and upper part, tell what
+ * others mean. */
+static void listen_to_all(figures *f) {
+  bool is_rigify = false, has_lumbar = false, has_thoracic = false;
   f->hips = KIND_ROOT;
   for (uint32_t i = 0; i < f->skeleton->node_count; i++) {
-    char own[NAME_SIZE];
-    words words;
-    if (!bone_name(f, i) || !own_name(bone_name(f, i), d, own) || !cut(own, &words)) continue;
-    if (find_vertebra(&words) == KIND_SPINE) {
-      has_lumbar |= words.text[0][0] == 'l';
-      has_thoracic |= words.text[0][0] == 't';
-    }
-    said said = listen(bone_name(f, i), d);
-    d->is_rigify |= said.kind == KIND_SPINE && strcmp(said.digits, "006") == 0;
-    if (said.kind == KIND_HIPS) f->hips = KIND_HIPS;
+    said *said = &f->said[i];
+    *said = listen(bone_name(f, i), &f->dialect);
+    is_rigify |= said->kind == KIND_SPINE && strcmp(said->digits, "006") == 0;
+    has_lumbar |= said->vertebra == KIND_SPINE && said->side == 0;
+    has_thoracic |= said->vertebra == KIND_SPINE && said->side < 0;
   }
-  d->has_vertebrae = has_lumbar && has_thoracic;
-  if (d->is_rigify) f->hips = KIND_HIPS;
+  for (uint32_t i = 0; i < f->skeleton->node_count; i++) {
+    said *said = &f->said[i];
+    if (has_lumbar && has_thoracic && said->vertebra != KIND_NONE) {
+      said->kind = said->vertebra;
+      said->side = -1;
+    }
+    if (is_rigify && said->kind == KIND_SPINE) said->kind = rigify_kind(said);
+    if (said->kind == KIND_HIPS) f->hips = KIND_HIPS;
+  }
 }
 
 /* Guesses in one dialect. Whether it makes a figure. */
 static bool guess(figures *f, uint32_t bones[TW_BONES], tw_spine *spine) {
   guesses guesses = {0};
-  learn(f);
+  listen_to_all(f);
   memset(f->below, 0, f->skeleton->node_count * sizeof *f->below);
   find_tops(f);
   uint32_t hips = choose_hips(f);
   for (uint32_t i = 0; i < f->skeleton->node_count; i++) {
     uint32_t node = f->skeleton->order[i], top = f->tops[node];
     if (!f->is_bone[node] || (top != TW_NO_INDEX && top != hips)) continue;
-    said said = listen(f->skeleton->nodes[node].name, &f->dialect);
-    if (said.kind != KIND_NONE) note(&guesses, &said, node);
+    if (f->said[node].kind != KIND_NONE) note(&guesses, &f->said[node], node);
   }
   settle(&guesses, bones);
   *spine = guesses.spine;
@@ -694,9 +691,10 @@ bool tw_bones_guess(const tw_skeleton *skeleton, const bool *is_bone, tw_arena *
   tw_spine other_spine;
   figures f = {.skeleton = skeleton,
                .is_bone = is_bone,
+               .said = tw_arena_alloc_raw(arena, count, sizeof *f.said),
                .tops = tw_arena_alloc_raw(arena, count, sizeof *f.tops),
                .below = tw_arena_alloc_raw(arena, count, sizeof *f.below)};
-  if (!f.tops || !f.below) return false;
+  if (!f.said || !f.tops || !f.below) return false;
   f.dialect.has_tails = has_tails(&f);
   for (uint32_t i = 0; i < count; i++)
     f.dialect.only_deforming |= bone_name(&f, i) && is_deforming(bone_name(&f, i));
