@@ -279,12 +279,13 @@ static tw_status refuse(const matching *m, uint32_t matched, uint32_t wanted, tw
   return tw_fail(error, TW_UNSUPPORTED, "%s", text);
 }
 
-/* Compares the matched bones with those that the clip moves, or with the target's where these are fewer: a
- * figure without fingers takes the clips of one that has some. A clip of morph weights alone needs none. */
+/* Compares the matched bones with those that the clip moves and the map does not leave out, or with the
+ * target's where these are fewer: a figure without fingers takes the clips of one that has some. A clip of
+ * morph weights alone needs none. */
 static tw_status check_enough(const matching *m, tw_error *error) {
   const tw_retarget_job *job = m->job;
   uint32_t moved = 0, matched = 0, targets = 0;
-  for (uint32_t i = 0; i < job->source.node_count; i++) moved += m->is_moved[i];
+  for (uint32_t i = 0; i < job->source.node_count; i++) moved += m->is_moved[i] && !m->match->is_left[i];
   for (uint32_t i = 0; i < job->target.node_count; i++) {
     uint32_t source = m->match->source_of[i];
     targets += m->match->is_target_bone[i];

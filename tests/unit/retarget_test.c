@@ -902,6 +902,30 @@ TEST(a_map_may_leave_a_bone_out) {
 }
 
 /* Whichever bone it is: the others move as if the clip did not move that one. */
+TEST(bones_that_the_map_leaves_out_need_no_counterpart) {
+  enum { FEW = 10, OTHERS = BIPED_JOINTS - FEW };
+  static biped source, target;
+  static char strange[OTHERS][16];
+  const char *names[BIPED_JOINTS];
+  tw_bone_pair map[OTHERS];
+  memcpy(names, mixamo, sizeof names);
+  for (uint32_t i = 0; i < OTHERS; i++) {
+    snprintf(strange[i], sizeof strange[i], "strange %c", 'a' + (int)i);
+    names[FEW + i] = strange[i];
+    map[i] = (tw_bone_pair){.source = FEW + i, .target = TW_NO_INDEX};
+  }
+  biped_make(&source, (biped_options){.names = names});
+  biped_make(&target, (biped_options){.names = unreal});
+  biped_animate(&source, 1, 3);
+  tw_retarget_job job = job_of(&source, &target);
+  assert_refused(&job, TW_UNSUPPORTED, "10 of 24 bones match");
+  job.map = map;
+  job.map_count = OTHERS;
+  tw_arena *arena = tw_arena_create();
+  assert_int_equal(run_good(&job, arena).bone_count, FEW);
+  tw_arena_destroy(arena);
+}
+
 TEST(a_bone_that_the_map_leaves_out_moves_nothing) {
   static biped source, resting, target;
   biped_make(&source, (biped_options){.seed = 2});
