@@ -1763,7 +1763,8 @@ export interface TracksOptions {
   clip?: string;
   /** With `retarget=auto`, `hold`: see `feet` of poses; what of the slide is left, the report tells. Else: Names of
    * the nodes that are feet, separated by commas; a name that several nodes have means all of them. Default: those
-   * of the humanoid map; without one, nodes with `foot` in their names, else those with `ankle`. */
+   * of the humanoid map; without one, those that usual names tell (see `retarget`); without these, nodes with
+   * `foot` in their names, else those with `ankle`. */
   feet?: string | string[];
   /**
    * Of borrowed clips. `none`: matched by the names of nodes, values as they are. `auto`: carried over to this

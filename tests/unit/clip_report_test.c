@@ -214,6 +214,22 @@ TEST_WITH(feet_touch_the_ground_and_slide, setup, teardown) {
   assert_int_equal(inspect(f, tracks, 2, NULL, 0)->foot_count, 0);
 }
 
+TEST_WITH(feet_are_bones_not_what_is_called_after_them, setup, teardown) {
+  figure *f = *state;
+  float left[KEYS][3];
+  step(f, 0, left);
+  tw_track_keys track = going(f, LEFT, left, KEYS);
+  f->nodes[LEFT].name = "foot_l";
+  f->nodes[RIGHT].name = "ik_foot_root";
+  const tw_clip_report *report = inspect(f, &track, 1, NULL, 0);
+  assert_int_equal(report->foot_count, 1);
+  assert_int_equal(report->feet[0], LEFT);
+  f->nodes[RIGHT].name = "front_foot_l"; /* of a horse */
+  assert_int_equal(inspect(f, &track, 1, NULL, 0)->foot_count, 2);
+  f->nodes[LEFT].name = "my foot"; /* no bone's usual name */
+  assert_int_equal(inspect(f, &track, 1, NULL, 0)->foot_count, 2);
+}
+
 /* Heights of a foot at times from 0 to 2 s, in a line from one to the next. */
 static void rise_along(figure *f, const float (*stops)[2], float (*out)[3]) {
   for (int i = 0, s = 0; i < KEYS; i++) {

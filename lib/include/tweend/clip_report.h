@@ -61,7 +61,8 @@ typedef struct tw_inspect_job {
   const tw_node *nodes;  /* [node_count] */
   const uint32_t *order; /* of tw_nodes_order */
   uint32_t node_count, foot_count;
-  const uint32_t *feet; /* [foot_count] nodes; NULL: those whose names have "foot" in them, else "ankle" */
+  const uint32_t *feet; /* [foot_count] nodes; NULL: those that usual names tell (anim/bone_names.c); without
+                           these, those whose names have "foot" in them, else "ankle" */
   /* NULL, or the clip of tw_clip_take_root that the keys follow, without its root's motion: feet below the
    * root's node are judged with it put back, since one that stands slides when it is taken. */
   const tw_clip *without_root;
