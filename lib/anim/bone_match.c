@@ -56,9 +56,14 @@ static tw_status apply_map(matching *m, tw_error *error) {
   return TW_OK;
 }
 
+static bool is_spine(uint8_t role) {
+  return role >= TW_BONE_SPINE && role <= TW_BONE_UPPER_CHEST;
+}
+
+/* By usual names without spines, which match_spines has matched. */
 static void match_roles(matching *m, tw_match by) {
-  for (uint32_t i = 0; i < TW_BONES; i++)
-    if (is_free(m, m->source_bones[i], m->target_bones[i]))
+  for (uint8_t i = 0; i < TW_BONES; i++)
+    if (is_free(m, m->source_bones[i], m->target_bones[i]) && !(by == TW_MATCH_USUAL && is_spine(i)))
       join(m, m->source_bones[i], m->target_bones[i], by);
 }
 
@@ -100,10 +105,6 @@ static uint32_t find_name(const named *list, uint32_t count, const char *name) {
 /* Meshes and the like may have equal names too: they count where the clip moves them. */
 static bool are_bones(const matching *m, uint32_t source, uint32_t target) {
   return m->is_moved[source] || (m->match->is_source_bone[source] && m->match->is_target_bone[target]);
-}
-
-static bool is_spine(uint8_t role) {
-  return role >= TW_BONE_SPINE && role <= TW_BONE_UPPER_CHEST;
 }
 
 /* "LeftShoulder" is a collar bone in one family of rigs and an upper arm in another; "hips" steers the bone
@@ -205,6 +206,23 @@ static void pair_spines(const spine_places *shorter, const spine_places *longer,
   for (uint32_t i = shorter->count; i-- > 0; last = before[i][last]) pairs[i] = last;
 }
 
+/* A node's place in a spine; the spine's count where it is none of its nodes. */
+static uint32_t rank_in(const tw_spine *spine, uint32_t node) {
+  uint32_t i = 0;
+  while (i < spine->count && spine->nodes[i] != node) i++;
+  return i;
+}
+
+/* Whether a pair would be the other way round than one that is matched, as by a map. */
+static bool crosses(const matching *m, uint32_t source, uint32_t target) {
+  uint32_t from = rank_in(&m->source_spine, source), to = rank_in(&m->target_spine, target);
+  for (uint32_t i = 0; i < m->target_spine.count; i++) {
+    uint32_t other = rank_in(&m->source_spine, m->match->source_of[m->target_spine.nodes[i]]);
+    if (other < m->source_spine.count && (i < to) != (other < from)) return true;
+  }
+  return false;
+}
+
 /* Spines have any number of bones: those match that are at about the same height. Where the target has more,
  * the first one matches the first, as bones above it share its motion. */
 static void match_spines(matching *m) {
@@ -227,6 +245,7 @@ static void match_spines(matching *m) {
   pair_spines(shorter, longer, has_more && is_whole ? 0 : TW_SPINE_MOST, pairs);
   for (uint32_t i = 0; i < shorter->count; i++) {
     uint32_t pair[2] = {shorter->nodes[i], longer->nodes[pairs[i]]};
+    if (crosses(m, pair[!has_more], pair[has_more])) continue;
     join(m, pair[!has_more], pair[has_more], TW_MATCH_USUAL);
     if (m->target_role[pair[has_more]] == TW_BONES) m->target_role[pair[has_more]] = TW_BONE_CHEST;
   }

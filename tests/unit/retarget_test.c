@@ -500,6 +500,25 @@ TEST(a_spine_that_lacks_a_bone_in_the_middle_moves_hands_and_feet_to_the_same_pl
     }
 }
 
+TEST(bones_of_a_spine_keep_their_order_beside_those_of_a_map) {
+  static biped source, target;
+  const tw_bone_pair map[] = {{.source = 3, .target = 2}};
+  biped_make(&source, (biped_options){.names = mixamo});
+  biped_make(&target, (biped_options){.names = unreal});
+  biped_animate(&source, 1, 3);
+  tw_arena *arena = tw_arena_create();
+  tw_retarget_job job = job_of(&source, &target);
+  job.map = map;
+  job.map_count = 1;
+  tw_retargeted out = run_good(&job, arena);
+  assert_int_equal(out.bone_count, BIPED_JOINTS - 1);
+  for (uint32_t i = 0; i < out.bone_count; i++) {
+    assert_true(out.bones[i].target != 3);
+    assert_int_equal(out.bones[i].source, out.bones[i].target == 2 ? 3 : out.bones[i].target);
+  }
+  tw_arena_destroy(arena);
+}
+
 /* The most that a hand, foot, the hips or the head is turned otherwise than in the source: figures that rest
  * alike. Elements of rotation matrices. */
 static double worst_turn(biped_options from, biped_options to) {
