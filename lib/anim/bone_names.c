@@ -194,7 +194,7 @@ static const stem_row stems[] = {
     {"little", KIND_LITTLE},
     {"pinky", KIND_LITTLE},
     {"finger", KIND_FINGER},
-    {"センター", KIND_HIPS},
+    {"センター", KIND_ROOT},
     {"腰", KIND_HIPS},
     {"上半身", KIND_SPINE},
     {"首", KIND_NECK},
