@@ -107,13 +107,27 @@ static bool are_bones(const matching *m, uint32_t source, uint32_t target) {
   return m->is_moved[source] || (m->match->is_source_bone[source] && m->match->is_target_bone[target]);
 }
 
-/* "LeftShoulder" is a collar bone in one family of rigs and an upper arm in another; "hips" steers the bone
- * "DEF-spine". Names of the spine only count its bones. */
+/* A node's place in a spine; the spine's count where it is none of its nodes. */
+static uint32_t rank_in(const tw_spine *spine, uint32_t node) {
+  uint32_t i = 0;
+  while (i < spine->count && spine->nodes[i] != node) i++;
+  return i;
+}
+
+/* Whether a figure's bones are known without a node: what has a spine's name there steers it. */
+static bool is_taken_over(const tw_skeleton *skeleton, const uint32_t bones[TW_BONES], const tw_spine *spine,
+                          uint8_t role, uint32_t node) {
+  if (!is_spine(role)) return bones[role] != TW_NO_INDEX;
+  return !skeleton->humanoid && spine->count > 0 && rank_in(spine, node) == spine->count;
+}
+
+/* "LeftShoulder" is a collar bone in one family of rigs and an upper arm in another; "hips" and "chest"
+ * steer bones of a file whose own are "DEF-spine" and the like. */
 static bool contradict(const matching *m, uint32_t source, uint32_t target) {
   uint8_t a = m->source_role[source], b = m->target_role[target];
   if (a != TW_BONES && b != TW_BONES) return a != b;
-  if (a != TW_BONES && !is_spine(a)) return m->target_bones[a] != TW_NO_INDEX;
-  return b != TW_BONES && !is_spine(b) && m->source_bones[b] != TW_NO_INDEX;
+  if (a != TW_BONES) return is_taken_over(&m->job->target, m->target_bones, &m->target_spine, a, target);
+  return b != TW_BONES && is_taken_over(&m->job->source, m->source_bones, &m->source_spine, b, source);
 }
 
 static bool match_names(matching *m) {
@@ -204,13 +218,6 @@ static void pair_spines(const spine_places *shorter, const spine_places *longer,
   for (uint32_t j = last; j-- > 0;)
     if (costs[shorter->count - 1][j] <= costs[shorter->count - 1][last]) last = j;
   for (uint32_t i = shorter->count; i-- > 0; last = before[i][last]) pairs[i] = last;
-}
-
-/* A node's place in a spine; the spine's count where it is none of its nodes. */
-static uint32_t rank_in(const tw_spine *spine, uint32_t node) {
-  uint32_t i = 0;
-  while (i < spine->count && spine->nodes[i] != node) i++;
-  return i;
 }
 
 /* Whether a pair would be the other way round than one that is matched, as by a map. */
