@@ -807,7 +807,8 @@ export interface ClipReport {
   feet: string[];
   /** Times of three frames or more in which a foot stands: slower than a quarter of the figure's height a second,
    * and less than 3 % of that height above its lowest place; or above where it stands, as on steps and slopes, if
-   * in the quarters of a second before and after it is higher, together by 1 % of that height. */
+   * in the quarters of a second before and after it is higher, together by 1 % of that height; at the clip's ends,
+   * if on its way to or from the next place where it is slow it is that much above the straight line. */
   contacts: {
     node: string;
     from: number;
@@ -1371,15 +1372,15 @@ export interface SurfaceOptions {
    * model's skeleton. Bones are matched by `map`, then by humanoid maps (VRM), equal names, and the names that
    * usual rigs have (Mixamo, CMU and other BVH, Rigify and Blender, Unreal's mannequin, MakeHuman, Ready Player Me,
    * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Auto-Rig Pro, AdvancedSkeleton, Perception Neuron, Roblox
-   * R15, Motive, Kinect, Xsens, Biovision). Rotations go over relative to each rest pose; limbs that rest otherwise
-   * are aligned from joint to joint, so that the hand points where the source's points; a source that rests with
-   * its legs folded up beside the trunk (LaFAN1) counts as resting as it stands straightest in the clip, which
-   * X-Tweend-Warning tells; bones in between share the motion, or are taken into it; hips move by the ratio of leg
-   * lengths, and between humanoid maps by that of hip heights. Expressions and gaze of a VRMA go over to a VRM's
-   * face either way. Bones that the clip moves and that have no counterpart are a warning with the first of their
-   * names. 422 where fewer than half of the bones match, of those that the clip moves or of the model's where these
-   * are fewer, and without a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning
-   * tells that `auto` does nothing.
+   * R15, Motive, Kinect, Xsens, Biovision, Rokoko, ARKit, VRChat, MikuMikuDance). Rotations go over relative to
+   * each rest pose; limbs that rest otherwise are aligned from joint to joint, so that the hand points where the
+   * source's points; a source that rests with its legs folded up beside the trunk (LaFAN1) counts as resting as it
+   * stands straightest in the clip, which X-Tweend-Warning tells; bones in between share the motion, or are taken
+   * into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Expressions
+   * and gaze of a VRMA go over to a VRM's face either way. Bones that the clip moves and that have no counterpart
+   * are a warning with the first of their names. 422 where fewer than half of the bones match, of those that the
+   * clip moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where
+   * no other is asked for, X-Tweend-Warning tells that `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1537,15 +1538,15 @@ export interface PoseOptions {
    * model's skeleton. Bones are matched by `map`, then by humanoid maps (VRM), equal names, and the names that
    * usual rigs have (Mixamo, CMU and other BVH, Rigify and Blender, Unreal's mannequin, MakeHuman, Ready Player Me,
    * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Auto-Rig Pro, AdvancedSkeleton, Perception Neuron, Roblox
-   * R15, Motive, Kinect, Xsens, Biovision). Rotations go over relative to each rest pose; limbs that rest otherwise
-   * are aligned from joint to joint, so that the hand points where the source's points; a source that rests with
-   * its legs folded up beside the trunk (LaFAN1) counts as resting as it stands straightest in the clip, which
-   * X-Tweend-Warning tells; bones in between share the motion, or are taken into it; hips move by the ratio of leg
-   * lengths, and between humanoid maps by that of hip heights. Expressions and gaze of a VRMA go over to a VRM's
-   * face either way. Bones that the clip moves and that have no counterpart are a warning with the first of their
-   * names. 422 where fewer than half of the bones match, of those that the clip moves or of the model's where these
-   * are fewer, and without a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning
-   * tells that `auto` does nothing.
+   * R15, Motive, Kinect, Xsens, Biovision, Rokoko, ARKit, VRChat, MikuMikuDance). Rotations go over relative to
+   * each rest pose; limbs that rest otherwise are aligned from joint to joint, so that the hand points where the
+   * source's points; a source that rests with its legs folded up beside the trunk (LaFAN1) counts as resting as it
+   * stands straightest in the clip, which X-Tweend-Warning tells; bones in between share the motion, or are taken
+   * into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Expressions
+   * and gaze of a VRMA go over to a VRM's face either way. Bones that the clip moves and that have no counterpart
+   * are a warning with the first of their names. 422 where fewer than half of the bones match, of those that the
+   * clip moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where
+   * no other is asked for, X-Tweend-Warning tells that `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1653,15 +1654,15 @@ export interface LiveOptions {
    * model's skeleton. Bones are matched by `map`, then by humanoid maps (VRM), equal names, and the names that
    * usual rigs have (Mixamo, CMU and other BVH, Rigify and Blender, Unreal's mannequin, MakeHuman, Ready Player Me,
    * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Auto-Rig Pro, AdvancedSkeleton, Perception Neuron, Roblox
-   * R15, Motive, Kinect, Xsens, Biovision). Rotations go over relative to each rest pose; limbs that rest otherwise
-   * are aligned from joint to joint, so that the hand points where the source's points; a source that rests with
-   * its legs folded up beside the trunk (LaFAN1) counts as resting as it stands straightest in the clip, which
-   * X-Tweend-Warning tells; bones in between share the motion, or are taken into it; hips move by the ratio of leg
-   * lengths, and between humanoid maps by that of hip heights. Expressions and gaze of a VRMA go over to a VRM's
-   * face either way. Bones that the clip moves and that have no counterpart are a warning with the first of their
-   * names. 422 where fewer than half of the bones match, of those that the clip moves or of the model's where these
-   * are fewer, and without a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning
-   * tells that `auto` does nothing.
+   * R15, Motive, Kinect, Xsens, Biovision, Rokoko, ARKit, VRChat, MikuMikuDance). Rotations go over relative to
+   * each rest pose; limbs that rest otherwise are aligned from joint to joint, so that the hand points where the
+   * source's points; a source that rests with its legs folded up beside the trunk (LaFAN1) counts as resting as it
+   * stands straightest in the clip, which X-Tweend-Warning tells; bones in between share the motion, or are taken
+   * into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Expressions
+   * and gaze of a VRMA go over to a VRM's face either way. Bones that the clip moves and that have no counterpart
+   * are a warning with the first of their names. 422 where fewer than half of the bones match, of those that the
+   * clip moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where
+   * no other is asked for, X-Tweend-Warning tells that `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1762,22 +1763,23 @@ export interface TracksOptions {
   clip?: string;
   /** With `retarget=auto`, `hold`: see `feet` of poses; what of the slide is left, the report tells. Else: Names of
    * the nodes that are feet, separated by commas; a name that several nodes have means all of them. Default: those
-   * of the humanoid map; without one, nodes with `foot` in their names, else those with `ankle`. */
+   * of the humanoid map; without one, those that usual names tell (see `retarget`); without these, nodes with
+   * `foot` in their names, else those with `ankle`. */
   feet?: string | string[];
   /**
    * Of borrowed clips. `none`: matched by the names of nodes, values as they are. `auto`: carried over to this
    * model's skeleton. Bones are matched by `map`, then by humanoid maps (VRM), equal names, and the names that
    * usual rigs have (Mixamo, CMU and other BVH, Rigify and Blender, Unreal's mannequin, MakeHuman, Ready Player Me,
    * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Auto-Rig Pro, AdvancedSkeleton, Perception Neuron, Roblox
-   * R15, Motive, Kinect, Xsens, Biovision). Rotations go over relative to each rest pose; limbs that rest otherwise
-   * are aligned from joint to joint, so that the hand points where the source's points; a source that rests with
-   * its legs folded up beside the trunk (LaFAN1) counts as resting as it stands straightest in the clip, which
-   * X-Tweend-Warning tells; bones in between share the motion, or are taken into it; hips move by the ratio of leg
-   * lengths, and between humanoid maps by that of hip heights. Expressions and gaze of a VRMA go over to a VRM's
-   * face either way. Bones that the clip moves and that have no counterpart are a warning with the first of their
-   * names. 422 where fewer than half of the bones match, of those that the clip moves or of the model's where these
-   * are fewer, and without a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning
-   * tells that `auto` does nothing.
+   * R15, Motive, Kinect, Xsens, Biovision, Rokoko, ARKit, VRChat, MikuMikuDance). Rotations go over relative to
+   * each rest pose; limbs that rest otherwise are aligned from joint to joint, so that the hand points where the
+   * source's points; a source that rests with its legs folded up beside the trunk (LaFAN1) counts as resting as it
+   * stands straightest in the clip, which X-Tweend-Warning tells; bones in between share the motion, or are taken
+   * into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Expressions
+   * and gaze of a VRMA go over to a VRM's face either way. Bones that the clip moves and that have no counterpart
+   * are a warning with the first of their names. 422 where fewer than half of the bones match, of those that the
+   * clip moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where
+   * no other is asked for, X-Tweend-Warning tells that `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";

@@ -2,6 +2,7 @@
  * ways win, and no bone is matched twice. */
 #include "retarget_match.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -16,6 +17,7 @@ typedef struct matching {
   uint32_t source_bones[TW_BONES]; /* by humanoid map, else by usual names */
   uint32_t target_bones[TW_BONES];
   uint8_t *source_role, *target_role; /* [nodes] */
+  tw_spine source_spine, target_spine;
 } matching;
 
 static void join(matching *m, uint32_t source, uint32_t target, tw_match by) {
@@ -54,9 +56,14 @@ static tw_status apply_map(matching *m, tw_error *error) {
   return TW_OK;
 }
 
+static bool is_spine(uint8_t role) {
+  return role >= TW_BONE_SPINE && role <= TW_BONE_UPPER_CHEST;
+}
+
+/* By usual names without spines, which match_spines has matched. */
 static void match_roles(matching *m, tw_match by) {
-  for (uint32_t i = 0; i < TW_BONES; i++)
-    if (is_free(m, m->source_bones[i], m->target_bones[i]))
+  for (uint8_t i = 0; i < TW_BONES; i++)
+    if (is_free(m, m->source_bones[i], m->target_bones[i]) && !(by == TW_MATCH_USUAL && is_spine(i)))
       join(m, m->source_bones[i], m->target_bones[i], by);
 }
 
@@ -100,10 +107,27 @@ static bool are_bones(const matching *m, uint32_t source, uint32_t target) {
   return m->is_moved[source] || (m->match->is_source_bone[source] && m->match->is_target_bone[target]);
 }
 
-/* "LeftShoulder" is a collar bone in one family of rigs and an upper arm in another. */
+/* A node's place in a spine; the spine's count where it is none of its nodes. */
+static uint32_t rank_in(const tw_spine *spine, uint32_t node) {
+  uint32_t i = 0;
+  while (i < spine->count && spine->nodes[i] != node) i++;
+  return i;
+}
+
+/* Whether a figure's bones are known without a node: what has a spine's name there steers it. */
+static bool is_taken_over(const tw_skeleton *skeleton, const uint32_t bones[TW_BONES], const tw_spine *spine,
+                          uint8_t role, uint32_t node) {
+  if (!is_spine(role)) return bones[role] != TW_NO_INDEX;
+  return !skeleton->humanoid && spine->count > 0 && rank_in(spine, node) == spine->count;
+}
+
+/* "LeftShoulder" is a collar bone in one family of rigs and an upper arm in another; "hips" and "chest"
+ * steer bones of a file whose own are "DEF-spine" and the like. */
 static bool contradict(const matching *m, uint32_t source, uint32_t target) {
   uint8_t a = m->source_role[source], b = m->target_role[target];
-  return a != TW_BONES && b != TW_BONES && a != b;
+  if (a != TW_BONES && b != TW_BONES) return a != b;
+  if (a != TW_BONES) return is_taken_over(&m->job->target, m->target_bones, &m->target_spine, a, target);
+  return b != TW_BONES && is_taken_over(&m->job->source, m->source_bones, &m->source_spine, b, source);
 }
 
 static bool match_names(matching *m) {
@@ -131,17 +155,107 @@ static bool *find_bones(tw_arena *arena, const tw_skeleton *skeleton) {
 }
 
 static uint8_t *find_roles(tw_arena *arena, const tw_skeleton *skeleton, const bool *is_bone,
-                           uint32_t bones[TW_BONES]) {
-  if (skeleton->humanoid)
+                           uint32_t bones[TW_BONES], tw_spine *spine) {
+  if (skeleton->humanoid) {
     memcpy(bones, skeleton->humanoid, TW_BONES * sizeof *bones);
-  else if (!tw_bones_guess(skeleton, is_bone, arena, bones))
+    for (int i = TW_BONE_SPINE; i <= TW_BONE_UPPER_CHEST; i++)
+      if (bones[i] != TW_NO_INDEX) spine->nodes[spine->count++] = bones[i];
+  } else if (!tw_bones_guess(skeleton, is_bone, arena, bones, spine)) {
     return NULL;
+  }
   uint8_t *roles = tw_arena_alloc_raw(arena, skeleton->node_count, sizeof *roles);
   if (!roles) return NULL;
   memset(roles, TW_BONES, skeleton->node_count);
   for (uint32_t i = 0; i < TW_BONES; i++)
     if (bones[i] != TW_NO_INDEX) roles[bones[i]] = (uint8_t)i;
   return roles;
+}
+
+/* ---- spines ---------------------------------------------------------------------------------- */
+
+/* Bones of a spine that are not matched yet, and how far each is from the hips along the skeleton. */
+typedef struct spine_places {
+  uint32_t count, nodes[TW_SPINE_MOST];
+  double places[TW_SPINE_MOST];
+} spine_places;
+
+/* The length of the way to a node from the hips, or from the root where these are not above. */
+static double way_to(const tw_skeleton *skeleton, uint32_t node, uint32_t hips) {
+  double length = 0;
+  for (; node != TW_NO_INDEX && node != hips; node = skeleton->nodes[node].parent) {
+    const float *way = skeleton->nodes[node].rest.translation;
+    length += sqrt((double)way[0] * (double)way[0] + (double)way[1] * (double)way[1] +
+                   (double)way[2] * (double)way[2]);
+  }
+  return length;
+}
+
+/* top: the bone at which places are 1. */
+static void place_spine(const tw_skeleton *skeleton, uint32_t hips, uint32_t top, spine_places *out) {
+  double whole = top == TW_NO_INDEX ? 0 : way_to(skeleton, top, hips);
+  for (uint32_t i = 0; i < out->count; i++)
+    out->places[i] = whole > 0 ? way_to(skeleton, out->nodes[i], hips) / whole : (i + 1.0) / (out->count + 1);
+}
+
+/* Matches each bone of the shorter spine with one of the longer, in order, so that the sum of the differences
+ * of their places is the least. pairs: [shorter->count] indices into the longer. */
+static void pair_spines(const spine_places *shorter, const spine_places *longer, uint32_t first,
+                        uint32_t *pairs) {
+  double costs[TW_SPINE_MOST][TW_SPINE_MOST]; /* of the bones so far, the last of them with that one */
+  uint32_t before[TW_SPINE_MOST][TW_SPINE_MOST];
+  for (uint32_t i = 0; i < shorter->count; i++) {
+    uint32_t best = TW_NO_INDEX; /* of the longer's bones below j */
+    for (uint32_t j = 0; j < longer->count; j++) {
+      bool is_open = i == 0 ? j <= first : best != TW_NO_INDEX;
+      costs[i][j] = INFINITY;
+      before[i][j] = best;
+      if (is_open)
+        costs[i][j] = fabs(shorter->places[i] - longer->places[j]) + (i > 0 ? costs[i - 1][best] : 0);
+      if (i > 0 && costs[i - 1][j] < (best == TW_NO_INDEX ? (double)INFINITY : costs[i - 1][best])) best = j;
+    }
+  }
+  uint32_t last = longer->count - 1;
+  for (uint32_t j = last; j-- > 0;)
+    if (costs[shorter->count - 1][j] <= costs[shorter->count - 1][last]) last = j;
+  for (uint32_t i = shorter->count; i-- > 0; last = before[i][last]) pairs[i] = last;
+}
+
+/* Whether a pair would be the other way round than one that is matched, as by a map. */
+static bool crosses(const matching *m, uint32_t source, uint32_t target) {
+  uint32_t from = rank_in(&m->source_spine, source), to = rank_in(&m->target_spine, target);
+  for (uint32_t i = 0; i < m->target_spine.count; i++) {
+    uint32_t other = rank_in(&m->source_spine, m->match->source_of[m->target_spine.nodes[i]]);
+    if (other < m->source_spine.count && (i < to) != (other < from)) return true;
+  }
+  return false;
+}
+
+/* Spines have any number of bones: those match that are at about the same height. Where the target has more,
+ * the first one matches the first, as bones above it share its motion. */
+static void match_spines(matching *m) {
+  const tw_skeleton *source = &m->job->source, *target = &m->job->target;
+  spine_places from = {0}, to = {0};
+  uint32_t pairs[TW_SPINE_MOST], tops[2] = {TW_NO_INDEX, TW_NO_INDEX};
+  for (uint32_t i = 0; i < m->source_spine.count; i++)
+    if (!m->is_taken[m->source_spine.nodes[i]]) from.nodes[from.count++] = m->source_spine.nodes[i];
+  for (uint32_t i = 0; i < m->target_spine.count; i++)
+    if (m->match->source_of[m->target_spine.nodes[i]] == TW_NO_INDEX)
+      to.nodes[to.count++] = m->target_spine.nodes[i];
+  for (uint32_t bone = TW_BONE_HEAD; bone >= TW_BONE_NECK; bone--)
+    if (m->source_bones[bone] != TW_NO_INDEX && m->target_bones[bone] != TW_NO_INDEX)
+      tops[0] = m->source_bones[bone], tops[1] = m->target_bones[bone];
+  if (from.count == 0 || to.count == 0) return;
+  place_spine(source, m->source_bones[TW_BONE_HIPS], tops[0], &from);
+  place_spine(target, m->target_bones[TW_BONE_HIPS], tops[1], &to);
+  bool has_more = to.count > from.count, is_whole = to.count == m->target_spine.count;
+  const spine_places *shorter = has_more ? &from : &to, *longer = has_more ? &to : &from;
+  pair_spines(shorter, longer, has_more && is_whole ? 0 : TW_SPINE_MOST, pairs);
+  for (uint32_t i = 0; i < shorter->count; i++) {
+    uint32_t pair[2] = {shorter->nodes[i], longer->nodes[pairs[i]]};
+    if (crosses(m, pair[!has_more], pair[has_more])) continue;
+    join(m, pair[!has_more], pair[has_more], TW_MATCH_USUAL);
+    if (m->target_role[pair[has_more]] == TW_BONES) m->target_role[pair[has_more]] = TW_BONE_CHEST;
+  }
 }
 
 static void note_roles(const matching *m) {
@@ -191,12 +305,13 @@ static tw_status refuse(const matching *m, uint32_t matched, uint32_t wanted, tw
   return tw_fail(error, TW_UNSUPPORTED, "%s", text);
 }
 
-/* Compares the matched bones with those that the clip moves, or with the target's where these are fewer: a
- * figure without fingers takes the clips of one that has some. A clip of morph weights alone needs none. */
+/* Compares the matched bones with those that the clip moves and the map does not leave out, or with the
+ * target's where these are fewer: a figure without fingers takes the clips of one that has some. A clip of
+ * morph weights alone needs none. */
 static tw_status check_enough(const matching *m, tw_error *error) {
   const tw_retarget_job *job = m->job;
   uint32_t moved = 0, matched = 0, targets = 0;
-  for (uint32_t i = 0; i < job->source.node_count; i++) moved += m->is_moved[i];
+  for (uint32_t i = 0; i < job->source.node_count; i++) moved += m->is_moved[i] && !m->match->is_left[i];
   for (uint32_t i = 0; i < job->target.node_count; i++) {
     uint32_t source = m->match->source_of[i];
     targets += m->match->is_target_bone[i];
@@ -231,9 +346,9 @@ tw_status tw_bones_match(const tw_retarget_job *job, tw_arena *arena, tw_bone_ma
                 .is_moved = tw_arena_alloc(arena, job->source.node_count, sizeof *m.is_moved),
                 .is_taken = tw_arena_alloc(arena, job->source.node_count, sizeof *m.is_taken)};
   if (out->is_source_bone)
-    m.source_role = find_roles(arena, &job->source, out->is_source_bone, m.source_bones);
+    m.source_role = find_roles(arena, &job->source, out->is_source_bone, m.source_bones, &m.source_spine);
   if (out->is_target_bone)
-    m.target_role = find_roles(arena, &job->target, out->is_target_bone, m.target_bones);
+    m.target_role = find_roles(arena, &job->target, out->is_target_bone, m.target_bones, &m.target_spine);
   if (!out->source_of || !out->by || !out->role || !out->is_left || !m.is_moved || !m.is_taken ||
       !m.source_role || !m.target_role)
     return tw_fail(error, TW_NO_MEMORY, "no memory to match bones");
@@ -244,6 +359,7 @@ tw_status tw_bones_match(const tw_retarget_job *job, tw_arena *arena, tw_bone_ma
   if (status != TW_OK) return status;
   if (out->has_map) match_roles(&m, TW_MATCH_HUMANOID);
   if (!match_names(&m)) return tw_fail(error, TW_NO_MEMORY, "no memory to match bones");
+  if (!out->has_map) match_spines(&m);
   match_roles(&m, TW_MATCH_USUAL);
   note_roles(&m);
   return check_enough(&m, error);

@@ -1,6 +1,7 @@
 /* The names of humanoid bones: VRM's own, and those that usual rigs give them. */
 #include "retarget_match.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #define SIDES(name)  "left" name, "right" name
@@ -57,7 +58,10 @@ uint32_t tw_bone_find(const char *name, size_t length) {
  *   Character Creator ("CC_Base_L_Thigh"), Auto-Rig Pro ("thigh_stretch.l", "c_index1.l"), Maya's
  *   AdvancedSkeleton ("Scapula_L", "Root_M"), Perception Neuron ("Robot_LeftUpLeg"), Roblox's R15
  *   ("LowerTorso"), Biovision's own ("LeftUpArm", "LeftLowArm")
- * - Xsens MVN: vertebrae, "L5", "L3", "T12", "T8", and "RightUpperArm"
+ * - Xsens MVN: vertebrae, "L5", "L3", "T12", "T8", and "RightUpperArm"; Rokoko: "LeftFinger2Medial"
+ * - Apple's ARKit ("left_upLeg_joint", "spine_1_joint"), Azure Kinect ("SPINE_NAVEL", "HIP_LEFT"), iPi
+ *   ("LowerSpine"), VRChat ("Left leg" above "Left knee")
+ * - MikuMikuDance's standard bones, with the side in front, or behind as Blender's tools write it
  */
 
 typedef enum kind {
@@ -71,6 +75,7 @@ typedef enum kind {
   KIND_HIP, /* sided: the upper leg; else the hips */
   KIND_EYE,
   KIND_UPPER_LEG,
+  KIND_LEG, /* the lower one where there is an upper one, else the upper one */
   KIND_LOWER_LEG,
   KIND_ANKLE,
   KIND_FOOT, /* the toes where there is an ankle */
@@ -110,6 +115,13 @@ static const stem_row stems[] = {
     {"spine", KIND_SPINE},
     {"spinemid", KIND_SPINE},
     {"spineshoulder", KIND_SPINE},
+    {"spinenavel", KIND_SPINE},
+    {"spinenaval", KIND_SPINE},
+    {"spinechest", KIND_SPINE},
+    {"lowerspine", KIND_SPINE},
+    {"middlespine", KIND_SPINE},
+    {"upperspine", KIND_SPINE},
+    {"stomach", KIND_SPINE},
     {"chest", KIND_SPINE},
     {"upperchest", KIND_SPINE},
     {"chestupper", KIND_SPINE},
@@ -133,13 +145,15 @@ static const stem_row stems[] = {
     {"necktwist", KIND_NECK},
     {"head", KIND_HEAD},
     {"jaw", KIND_JAW},
+    {"lowerjaw", KIND_JAW},
+    {"jawroot", KIND_JAW},
     {"eye", KIND_EYE},
     {"upleg", KIND_UPPER_LEG},
     {"upperleg", KIND_UPPER_LEG},
     {"thigh", KIND_UPPER_LEG},
     {"thighbend", KIND_UPPER_LEG},
     {"femur", KIND_UPPER_LEG},
-    {"leg", KIND_LOWER_LEG},
+    {"leg", KIND_LEG},
     {"lowerleg", KIND_LOWER_LEG},
     {"lowleg", KIND_LOWER_LEG},
     {"calf", KIND_LOWER_LEG},
@@ -180,6 +194,26 @@ static const stem_row stems[] = {
     {"little", KIND_LITTLE},
     {"pinky", KIND_LITTLE},
     {"finger", KIND_FINGER},
+    {"センター", KIND_ROOT},
+    {"腰", KIND_HIPS},
+    {"上半身", KIND_SPINE},
+    {"首", KIND_NECK},
+    {"頭", KIND_HEAD},
+    {"目", KIND_EYE},
+    {"足", KIND_LEG},
+    {"ひざ", KIND_LOWER_LEG},
+    {"足首", KIND_ANKLE},
+    {"つま先", KIND_TOES},
+    {"肩", KIND_COLLAR},
+    {"腕", KIND_UPPER_ARM},
+    {"ひじ", KIND_ELBOW},
+    {"手首", KIND_WRIST},
+    {"親指", KIND_THUMB},
+    {"人指", KIND_INDEX},
+    {"人差指", KIND_INDEX},
+    {"中指", KIND_MIDDLE},
+    {"薬指", KIND_RING},
+    {"小指", KIND_LITTLE},
 };
 
 static kind find_stem(const char *stem) {
@@ -192,7 +226,15 @@ static kind find_stem(const char *stem) {
 static const char *const prefixes[] = {"mixamorig", "valvebiped", "bip",   "cc_base", "def", "j_bip",
                                        "character", "joint",      "robot", "b_",      NULL};
 
-enum { WORDS = 8, WORD_SIZE = 24, STEM_SIZE = 64, DIGITS = 4 };
+enum { WORDS = 8, WORD_SIZE = 24, STEM_SIZE = 64, DIGITS = 4, NAME_SIZE = 200 };
+
+/* How the bones of a file are called. */
+typedef struct dialect {
+  bool has_tails;      /* a number of its own behind each name, as Sketchfab writes them: "Hips_012" */
+  bool only_deforming; /* bones without "DEF-" in front steer the others */
+  const char *front;   /* [front_size] what most bones have in front of their own names */
+  size_t front_size;
+} dialect;
 
 /* A name cut into words: runs of letters of which only the first is a capital, and runs of digits. */
 typedef struct words {
@@ -208,8 +250,9 @@ static bool is_upper(char c) {
   return c >= 'A' && c <= 'Z';
 }
 
+/* Of any script; all but capitals of ASCII count as small. */
 static bool is_letter(char c) {
-  return is_upper(c) || (c >= 'a' && c <= 'z');
+  return is_upper(c) || (c >= 'a' && c <= 'z') || (unsigned char)c >= 0x80;
 }
 
 static char lower(char c) {
@@ -258,15 +301,62 @@ static const char *behind(const char *name, const char *prefix) {
   return *rest && is_apart ? rest : NULL;
 }
 
-/* Behind a namespace and prefixes. */
-static const char *own_name(const char *name) {
+static const char *behind_namespace(const char *name) {
   for (const char *c = name; *c; c++)
     if (*c == ':' || *c == '|') name = c + 1;
+  return name;
+}
+
+/* Behind a namespace and prefixes. */
+static const char *behind_prefixes(const char *name) {
+  name = behind_namespace(name);
   for (uint32_t i = 0; prefixes[i]; i++) {
     const char *rest = behind(name, prefixes[i]);
     if (rest) name = rest;
   }
   return name;
+}
+
+/* The length of a name without "_012" at its end. */
+static size_t length_without_tail(const char *name) {
+  size_t length = strlen(name), end = length;
+  while (end > 0 && is_digit(name[end - 1])) end--;
+  return end > 1 && length - end >= 2 && name[end - 1] == '_' ? end - 1 : length;
+}
+
+static bool is_deforming(const char *name) {
+  return behind(behind_namespace(name), "def") != NULL;
+}
+
+/* Copies a bone's own name, with Japanese sides and digits as Latin ones. False for none. */
+static bool own_name(const char *name, const dialect *dialect, char out[NAME_SIZE]) {
+  static const struct { const char *from, *to; } letters[] = {{"左", "left."}, {"右", "right."}};
+  if (dialect->only_deforming && !is_deforming(name)) return false;
+  const char *own = behind_prefixes(name);
+  size_t size = 0, length = dialect->has_tails ? length_without_tail(own) : strlen(own);
+  const char *end = own + length;
+  if (dialect->front_size > 0) {
+    if (length <= dialect->front_size || strncmp(own, dialect->front, dialect->front_size) != 0) return false;
+    own += dialect->front_size;
+  }
+  while (own < end && size + 8 < NAME_SIZE) {
+    const char *put = NULL;
+    for (size_t i = 0; i < 2; i++)
+      if (strncmp(own, letters[i].from, strlen(letters[i].from)) == 0) put = letters[i].to;
+    if (put) {
+      memcpy(out + size, put, strlen(put));
+      size += strlen(put);
+      own += strlen(letters[0].from);
+    } else if (strncmp(own, "\xEF\xBC", 2) == 0 && (unsigned char)own[2] >= 0x90 &&
+               (unsigned char)own[2] <= 0x99) { /* U+FF10 to U+FF19 */
+      out[size++] = (char)('0' + ((unsigned char)own[2] - 0x90));
+      own += 3;
+    } else {
+      out[size++] = *own++;
+    }
+  }
+  out[size] = '\0';
+  return own >= end;
 }
 
 /* What a name says. */
@@ -275,6 +365,8 @@ typedef struct said {
   int side;            /* 0 left, 1 right, -1 none */
   char digits[DIGITS]; /* of the first number */
   uint32_t number_count;
+  bool is_part, is_palm; /* of a finger: "Proximal", "Metacarpal" */
+  kind vertebra;         /* what it is where "L5" is a vertebra, not something on the left */
 } said;
 
 static int side_of(const char *word) {
@@ -283,16 +375,26 @@ static int side_of(const char *word) {
   return -1;
 }
 
-/* The words that only tell which joint of a finger it is, that it is a joint, or that a bone is in the
- * middle. "joint" is none: CMU's "LeftHipJoint" is no "LeftHip". */
-static bool is_filler(const char *word, uint32_t index, uint32_t count) {
-  static const char *const joints[] = {"proximal", "intermediate", "distal", "jnt", "stretch", NULL};
-  static const char *const middles[] = {"c", "m", "x", NULL};
-  for (uint32_t i = 0; joints[i]; i++)
-    if (strcmp(word, joints[i]) == 0) return true;
-  for (uint32_t i = 0; middles[i] && (index == 0 || index + 1 == count); i++)
-    if (strcmp(word, middles[i]) == 0) return true;
+static bool is_one_of(const char *word, const char *const *list) {
+  for (; *list; list++)
+    if (strcmp(word, *list) == 0) return true;
   return false;
+}
+
+static bool is_part_of_finger(const char *word) {
+  static const char *const parts[] = {"proximal", "intermediate", "medial", "distal", NULL};
+  return is_one_of(word, parts);
+}
+
+/* The words that only tell which joint of a finger it is, that it is a joint, or that a bone is in the
+ * middle. CMU's "LeftHipJoint" is no "LeftHip", and Sketchfab's "_rootJoint" no bone. stem: of the words
+ * before. */
+static bool is_filler(const char *word, uint32_t index, uint32_t count, const char *stem) {
+  static const char *const joints[] = {"jnt", "stretch", "bone", NULL};
+  static const char *const middles[] = {"c", "m", "x", NULL};
+  bool is_end = index == 0 || index + 1 == count;
+  if (strcmp(word, "joint") == 0) return *stem && strcmp(stem, "hip") != 0 && strcmp(stem, "root") != 0;
+  return is_part_of_finger(word) || is_one_of(word, joints) || (is_end && is_one_of(word, middles));
 }
 
 static bool is_finger(kind kind) {
@@ -320,17 +422,25 @@ static kind find_kind(const char *stem) {
   return KIND_NONE;
 }
 
-/* Which finger digits say: Biped counts "Finger0", "Finger01", "Finger1"; MakeHuman "finger1-1". */
+/* Which finger digits say: Biped counts "Finger0", "Finger01", "Finger1"; MakeHuman "finger1-1"; Rokoko
+ * "Finger1Metacarpal" of the thumb, "Finger2Proximal". */
 static kind find_finger(const said *said) {
-  int first = said->digits[0] - (said->number_count > 1 ? '1' : '0');
-  return said->number_count > 0 && first >= 0 && first < 5 ? (kind)(KIND_THUMB + first) : KIND_NONE;
+  int first = said->digits[0] - (said->number_count > 1 || said->is_part || said->is_palm ? '1' : '0');
+  bool is_thumb = first == 0;
+  if (said->number_count == 0 || first < 0 || first >= 5 || (said->is_palm && !is_thumb)) return KIND_NONE;
+  return (kind)(KIND_THUMB + first);
 }
 
-/* "L5" is a vertebra, not something on the left. */
+/* "L5", "T8", "C1". */
 static kind find_vertebra(const words *words) {
-  const char *letter = words->text[0];
-  if (words->count != 2 || letter[1] != '\0' || !is_digit(words->text[1][0])) return KIND_NONE;
-  return letter[0] == 'l' || letter[0] == 't' ? KIND_SPINE : letter[0] == 'c' ? KIND_NECK : KIND_NONE;
+  static const char letters[] = "ltc";
+  static const int counts[] = {5, 12, 7};
+  const char *found = strchr(letters, words->text[0][0]);
+  if (words->count != 2 || words->text[0][1] != '\0' || !found || !is_digit(words->text[1][0]))
+    return KIND_NONE;
+  long number = strtol(words->text[1], NULL, 10);
+  if (number < 1 || number > counts[found - letters]) return KIND_NONE;
+  return *found == 'c' ? KIND_NECK : KIND_SPINE;
 }
 
 /* What a stem says that begins with its side: "lfemur", "leftfemur". */
@@ -345,24 +455,32 @@ static void take_side(const char *stem, said *out) {
   }
 }
 
-static said listen(const char *name) {
+/* Rigify's spine goes from the hips to the head. */
+static kind rigify_kind(const said *said) {
+  long number = said->number_count > 0 ? strtol(said->digits, NULL, 10) : 0;
+  return number == 0 ? KIND_HIPS : number < 4 ? KIND_SPINE : number < 6 ? KIND_NECK : KIND_HEAD;
+}
+
+static said listen(const char *name, const dialect *dialect) {
   said out = {.side = -1};
   words words;
-  if (!name || !cut(own_name(name), &words)) return out;
-  out.kind = find_vertebra(&words);
-  if (out.kind != KIND_NONE) return out;
-  char stem[STEM_SIZE] = "";
-  bool is_thumb = false;
+  char own[NAME_SIZE], stem[STEM_SIZE] = "";
+  if (!name || !own_name(name, dialect, own) || !cut(own, &words)) return out;
+  out.vertebra = find_vertebra(&words);
   for (uint32_t i = 0; i < words.count; i++) {
     const char *word = words.text[i];
+    bool is_finger = strcmp(stem, "finger") == 0, is_thumb = strcmp(stem, "thumb") == 0;
     if (is_digit(word[0])) {
       if (out.number_count++ == 0) strncpy(out.digits, word, DIGITS - 1);
     } else if (out.side < 0 && side_of(word) >= 0) {
       out.side = side_of(word);
-    } else if (!is_filler(word, i, words.count) && !(is_thumb && strcmp(word, "metacarpal") == 0)) {
+    } else if ((is_finger || is_thumb) && strcmp(word, "metacarpal") == 0) {
+      out.is_palm = true;
+    } else if (!is_filler(word, i, words.count, stem)) {
       if (strlen(stem) + strlen(word) >= STEM_SIZE) return out;
       strcat(stem, word);
-      is_thumb = strcmp(word, "thumb") == 0;
+    } else {
+      out.is_part = is_part_of_finger(word);
     }
   }
   out.kind = find_kind(stem);
@@ -374,25 +492,20 @@ static said listen(const char *name) {
   return out;
 }
 
-/* Rigify's spine goes from the hips to the head. */
-static kind rigify_kind(const said *said) {
-  int number = said->number_count > 0 ? said->digits[2] - '0' : 0;
-  return number == 0 ? KIND_HIPS : number < 4 ? KIND_SPINE : number < 6 ? KIND_NECK : KIND_HEAD;
-}
-
 typedef struct guesses {
-  /* Of each kind and side the first three nodes, of the spine the first two and the last; and how many. */
-  uint32_t chains[KINDS][2][3], counts[KINDS][2];
+  uint32_t chains[KINDS][2][3], counts[KINDS][2]; /* of each kind and side the first three nodes; how many */
+  tw_spine spine;
 } guesses;
 
 static void note(guesses *guesses, const said *said, uint32_t node) {
   int side = said->side < 0 ? 0 : said->side;
   uint32_t *count = &guesses->counts[said->kind][side], *chain = guesses->chains[said->kind][side];
-  if (*count < 3)
-    chain[*count] = node;
-  else if (said->kind == KIND_SPINE)
-    chain[2] = node;
+  if (*count < 3) chain[*count] = node;
   (*count)++;
+  tw_spine *spine = &guesses->spine;
+  if (said->kind != KIND_SPINE) return;
+  if (spine->count < TW_SPINE_MOST) spine->count++;
+  spine->nodes[spine->count - 1] = node;
 }
 
 static uint32_t first_of(const guesses *guesses, kind kind, int side) {
@@ -410,10 +523,12 @@ static void settle_side(const guesses *guesses, int side, uint32_t *bones) {
            collar = first_of(guesses, KIND_COLLAR, side), shoulder = first_of(guesses, KIND_SHOULDER, side),
            arm = first_of(guesses, KIND_UPPER_ARM, side), elbow = first_of(guesses, KIND_ELBOW, side),
            wrist = first_of(guesses, KIND_WRIST, side), toes = first_of(guesses, KIND_TOES, side);
+  uint32_t thigh = first_of(guesses, KIND_UPPER_LEG, side), leg = first_of(guesses, KIND_LEG, side),
+           shin = first_of(guesses, KIND_LOWER_LEG, side);
   bool shoulder_is_arm = arm == TW_NO_INDEX && (collar != TW_NO_INDEX || elbow != TW_NO_INDEX);
   bones[TW_BONE_EYE + side] = first_of(guesses, KIND_EYE, side);
-  bones[TW_BONE_UPPER_LEG + side] = first_of(guesses, KIND_UPPER_LEG, side);
-  bones[TW_BONE_LOWER_LEG + side] = first_of(guesses, KIND_LOWER_LEG, side);
+  bones[TW_BONE_UPPER_LEG + side] = thigh != TW_NO_INDEX ? thigh : leg;
+  bones[TW_BONE_LOWER_LEG + side] = shin != TW_NO_INDEX || thigh == TW_NO_INDEX ? shin : leg;
   bones[TW_BONE_FOOT + side] = ankle != TW_NO_INDEX ? ankle : foot;
   bones[TW_BONE_TOES + side] = toes != TW_NO_INDEX ? toes : ankle != TW_NO_INDEX ? foot : TW_NO_INDEX;
   bones[TW_BONE_SHOULDER + side] = collar != TW_NO_INDEX || shoulder_is_arm ? collar : shoulder;
@@ -427,33 +542,25 @@ static void settle_side(const guesses *guesses, int side, uint32_t *bones) {
 }
 
 static void settle(const guesses *guesses, uint32_t *bones) {
-  static const tw_bone spine[] = {TW_BONE_SPINE, TW_BONE_CHEST, TW_BONE_UPPER_CHEST};
+  const tw_spine *spine = &guesses->spine;
+  for (uint32_t i = 0; i < TW_BONES; i++) bones[i] = TW_NO_INDEX;
   bones[TW_BONE_HIPS] = either(guesses, KIND_HIPS, KIND_ROOT, 0);
   bones[TW_BONE_NECK] = first_of(guesses, KIND_NECK, 0);
   bones[TW_BONE_HEAD] = first_of(guesses, KIND_HEAD, 0);
   bones[TW_BONE_JAW] = first_of(guesses, KIND_JAW, 0);
-  for (uint32_t i = 0; i < 3 && i < guesses->counts[KIND_SPINE][0]; i++)
-    bones[spine[i]] = guesses->chains[KIND_SPINE][0][i];
+  if (spine->count > 0) bones[TW_BONE_SPINE] = spine->nodes[0];
+  if (spine->count > 1) bones[TW_BONE_CHEST] = spine->nodes[1];
+  if (spine->count > 2) bones[TW_BONE_UPPER_CHEST] = spine->nodes[spine->count - 1];
   for (int side = 0; side < 2; side++) settle_side(guesses, side, bones);
-}
-
-static bool is_rigify_head(const said *said) {
-  return said->kind == KIND_SPINE && strcmp(said->digits, "006") == 0;
-}
-
-/* What a node's name says, in a file of Rigify's or another. */
-static said listen_in(const tw_node *node, bool is_rigify) {
-  said said = listen(node->name);
-  if (is_rigify && said.kind == KIND_SPINE) said.kind = rigify_kind(&said);
-  return said;
 }
 
 /* The nodes of one of several figures in a file: not those below other hips than the chosen ones. */
 typedef struct figures {
   const tw_skeleton *skeleton;
   const bool *is_bone;
-  bool is_rigify;
+  dialect dialect;
   kind hips;
+  said *said;      /* [nodes] by their names; of no bone nothing */
   uint32_t *tops;  /* [nodes] the topmost hips above a node or itself, or TW_NO_INDEX */
   uint32_t *below; /* [nodes] bones below those */
 } figures;
@@ -464,8 +571,7 @@ static void find_tops(const figures *f) {
     uint32_t *top = &f->tops[node];
     *top = parent == TW_NO_INDEX ? TW_NO_INDEX : f->tops[parent];
     if (!f->is_bone[node]) continue;
-    if (*top == TW_NO_INDEX && listen_in(&f->skeleton->nodes[node], f->is_rigify).kind == f->hips)
-      *top = node;
+    if (*top == TW_NO_INDEX && f->said[node].kind == f->hips) *top = node;
     if (*top != TW_NO_INDEX) f->below[*top]++;
   }
 }
@@ -480,31 +586,122 @@ static uint32_t choose_hips(const figures *f) {
   return best;
 }
 
-bool tw_bones_guess(const tw_skeleton *skeleton, const bool *is_bone, tw_arena *arena,
-                    uint32_t bones[TW_BONES]) {
-  uint32_t count = skeleton->node_count;
-  guesses guesses = {0};
-  figures f = {.skeleton = skeleton,
-               .is_bone = is_bone,
-               .hips = KIND_ROOT,
-               .tops = tw_arena_alloc_raw(arena, count, sizeof *f.tops),
-               .below = tw_arena_alloc(arena, count, sizeof *f.below)};
-  if (!f.tops || !f.below) return false;
-  for (uint32_t i = 0; i < TW_BONES; i++) bones[i] = TW_NO_INDEX;
-  for (uint32_t i = 0; i < count; i++) {
-    said said = listen(skeleton->nodes[i].name);
-    f.is_rigify |= is_bone[i] && is_rigify_head(&said);
-    if (is_bone[i] && said.kind == KIND_HIPS) f.hips = KIND_HIPS;
+/* ---- how a file calls its bones --------------------------------------------------------------------------
+ */
+
+static const char *bone_name(const figures *f, uint32_t node) {
+  return f->is_bone[node] ? f->skeleton->nodes[node].name : NULL;
+}
+
+static bool has_tails(const figures *f) {
+  enum { FEWEST = 8 };
+  uint64_t bones = 0, tails = 0;
+  for (uint32_t i = 0; i < f->skeleton->node_count; i++) {
+    const char *name = bone_name(f, i);
+    if (!name) continue;
+    bones++;
+    tails += name[length_without_tail(name)] != '\0';
   }
-  if (f.is_rigify) f.hips = KIND_HIPS;
-  find_tops(&f);
-  uint32_t hips = choose_hips(&f);
-  for (uint32_t i = 0; i < count; i++) {
-    uint32_t node = skeleton->order[i], top = f.tops[node];
-    if (!is_bone[node] || (top != TW_NO_INDEX && top != hips)) continue;
-    said said = listen_in(&skeleton->nodes[node], f.is_rigify);
-    if (said.kind != KIND_NONE) note(&guesses, &said, node);
+  return bones >= FEWEST && 10 * tails >= 9 * bones;
+}
+
+/* The part of a name up to its next separator, behind the front found so far; 0: none. */
+static size_t next_part(const dialect *d, const char *name) {
+  const char *own = behind_prefixes(name);
+  if (strncmp(own, d->front ? d->front : "", d->front_size) != 0) return 0;
+  size_t length = strcspn(own + d->front_size, " ._-");
+  return length > 0 && own[d->front_size + length] ? length + 1 : 0;
+}
+
+static bool has_part(const dialect *d, const char *name, const char *part, size_t length) {
+  return next_part(d, name) == length && strncmp(behind_prefixes(name) + d->front_size, part, length) == 0;
+}
+
+/* Finds what more than half of the bones have in front of their names (Boyer and Moore's vote, part by part).
+ */
+static bool find_front(figures *f) {
+  enum { PARTS = 3 };
+  for (int i = 0; i < PARTS; i++) {
+    dialect *d = &f->dialect;
+    const char *part = NULL;
+    uint64_t votes = 0, bones = 0, having = 0;
+    size_t length = 0;
+    for (uint32_t n = 0; n < f->skeleton->node_count; n++) {
+      const char *name = bone_name(f, n);
+      bones += name != NULL;
+      if (!name) continue;
+      bool agrees = votes > 0 && length > 0 && has_part(d, name, part, length);
+      if (votes == 0) part = behind_prefixes(name) + d->front_size, length = next_part(d, name);
+      votes = votes == 0 || agrees ? votes + 1 : votes - 1;
+    }
+    for (uint32_t n = 0; length > 0 && n < f->skeleton->node_count; n++)
+      having += bone_name(f, n) && has_part(d, bone_name(f, n), part, length);
+    if (2 * having <= bones || length == 0) break;
+    d->front = part - d->front_size;
+    d->front_size += length;
+  }
+  return f->dialect.front_size > 0;
+}
+
+/* Hears all names. A spine that counts to the head, or vertebrae of its lower and upper part, tell what
+ * others mean. */
+static void listen_to_all(figures *f) {
+  bool is_rigify = false, has_lumbar = false, has_thoracic = false;
+  f->hips = KIND_ROOT;
+  for (uint32_t i = 0; i < f->skeleton->node_count; i++) {
+    said *said = &f->said[i];
+    *said = listen(bone_name(f, i), &f->dialect);
+    is_rigify |= said->kind == KIND_SPINE && strcmp(said->digits, "006") == 0;
+    has_lumbar |= said->vertebra == KIND_SPINE && said->side == 0;
+    has_thoracic |= said->vertebra == KIND_SPINE && said->side < 0;
+  }
+  for (uint32_t i = 0; i < f->skeleton->node_count; i++) {
+    said *said = &f->said[i];
+    if (has_lumbar && has_thoracic && said->vertebra != KIND_NONE) {
+      said->kind = said->vertebra;
+      said->side = -1;
+    }
+    if (is_rigify && said->kind == KIND_SPINE) said->kind = rigify_kind(said);
+    if (said->kind == KIND_HIPS) f->hips = KIND_HIPS;
+  }
+}
+
+/* Guesses in one dialect. Whether it makes a figure. */
+static bool guess(figures *f, uint32_t bones[TW_BONES], tw_spine *spine) {
+  guesses guesses = {0};
+  listen_to_all(f);
+  memset(f->below, 0, f->skeleton->node_count * sizeof *f->below);
+  find_tops(f);
+  uint32_t hips = choose_hips(f);
+  for (uint32_t i = 0; i < f->skeleton->node_count; i++) {
+    uint32_t node = f->skeleton->order[i], top = f->tops[node];
+    if (!f->is_bone[node] || (top != TW_NO_INDEX && top != hips)) continue;
+    if (f->said[node].kind != KIND_NONE) note(&guesses, &f->said[node], node);
   }
   settle(&guesses, bones);
+  *spine = guesses.spine;
+  bool has_legs = bones[TW_BONE_UPPER_LEG] != TW_NO_INDEX && bones[TW_BONE_UPPER_LEG + 1] != TW_NO_INDEX;
+  bool has_arms = bones[TW_BONE_UPPER_ARM] != TW_NO_INDEX && bones[TW_BONE_UPPER_ARM + 1] != TW_NO_INDEX;
+  return bones[TW_BONE_HIPS] != TW_NO_INDEX && (has_legs || has_arms);
+}
+
+bool tw_bones_guess(const tw_skeleton *skeleton, const bool *is_bone, tw_arena *arena,
+                    uint32_t bones[TW_BONES], tw_spine *spine) {
+  uint32_t count = skeleton->node_count, others[TW_BONES];
+  tw_spine other_spine;
+  figures f = {.skeleton = skeleton,
+               .is_bone = is_bone,
+               .said = tw_arena_alloc_raw(arena, count, sizeof *f.said),
+               .tops = tw_arena_alloc_raw(arena, count, sizeof *f.tops),
+               .below = tw_arena_alloc_raw(arena, count, sizeof *f.below)};
+  if (!f.said || !f.tops || !f.below) return false;
+  f.dialect.has_tails = has_tails(&f);
+  for (uint32_t i = 0; i < count; i++)
+    f.dialect.only_deforming |= bone_name(&f, i) && is_deforming(bone_name(&f, i));
+  if (f.dialect.only_deforming && guess(&f, bones, spine)) return true;
+  f.dialect.only_deforming = false;
+  if (guess(&f, bones, spine) || !find_front(&f) || !guess(&f, others, &other_spine)) return true;
+  memcpy(bones, others, sizeof others);
+  *spine = other_spine;
   return true;
 }

@@ -9,6 +9,7 @@
 
 #include "clip.h"
 #include "order.h"
+#include "retarget_match.h"
 #include "tweend/root_motion.h"
 #include "way.h"
 
@@ -235,15 +236,33 @@ static bool has_word(const char *name, const char *word) {
   return false;
 }
 
-/* Finds the feet by their names. */
+/* Whether a node's name tells a foot of an animal with more than two. */
+static bool is_of_four(const char *name) {
+  static const char *const places[] = {"front", "fore", "hind", "rear"};
+  bool found = false;
+  for (int i = 0; i < 4; i++) found |= has_word(name, places[i]) && has_word(name, "foot");
+  return found;
+}
+
+/* Finds the feet by usual names of figures, else by words in their names. */
 static tw_status find_feet(inspection *in) {
   static const char *const words[] = {"foot", "ankle"};
-  uint32_t *feet = tw_arena_alloc_raw(in->arena, in->node_count, sizeof *feet);
-  for (int w = 0; feet && w < 2 && in->foot_count == 0; w++)
+  bool has_four = false;
+  const tw_skeleton skeleton = {.nodes = in->nodes, .order = in->order, .node_count = in->node_count};
+  uint32_t *feet = tw_arena_alloc_raw(in->arena, in->node_count, sizeof *feet), bones[TW_BONES];
+  bool *is_bone = tw_arena_alloc_raw(in->scratch, in->node_count, sizeof *is_bone);
+  tw_spine spine;
+  if (!feet || !is_bone) return TW_NO_MEMORY;
+  memset(is_bone, true, in->node_count * sizeof *is_bone);
+  if (!tw_bones_guess(&skeleton, is_bone, in->scratch, bones, &spine)) return TW_NO_MEMORY;
+  for (uint32_t n = 0; n < in->node_count; n++) has_four |= is_of_four(in->nodes[n].name);
+  for (int side = 0; side < 2 && !has_four; side++)
+    if (bones[TW_BONE_FOOT + side] != TW_NO_INDEX) feet[in->foot_count++] = bones[TW_BONE_FOOT + side];
+  for (int w = 0; w < 2 && in->foot_count == 0; w++)
     for (uint32_t n = 0; n < in->node_count; n++)
       if (has_word(in->nodes[n].name, words[w])) feet[in->foot_count++] = n;
   in->feet = feet;
-  return feet ? TW_OK : TW_NO_MEMORY;
+  return TW_OK;
 }
 
 /* How high the nodes reach at rest, from the lowest to the highest. */
@@ -356,10 +375,35 @@ static double rise_of(const inspection *in, uint32_t foot, uint32_t from, uint32
   return from < end ? sum / (end - from) : 0;
 }
 
+/* How far a foot is above the straight way from one frame to another, in the mean. */
+static double lift_of(const inspection *in, uint32_t foot, uint32_t from, uint32_t to) {
+  double low = height_of(in, foot, from), high = height_of(in, foot, to), sum = 0;
+  for (uint32_t f = from; f < to; f++)
+    sum += height_of(in, foot, f) - low - (high - low) * (f - from) / (to - from);
+  return from < to ? sum / (to - from) : 0;
+}
+
+/* Whether a foot that is slow from the clip's first frame on, or up to the last, lifts on its way from there,
+ * or there, to where it is slow next: one that is held up goes down straight. */
+static bool steps_away(const inspection *in, uint32_t foot, uint32_t from, uint32_t end) {
+  double lift = 0;
+  if (from == 0) {
+    uint32_t next = end;
+    while (next < in->frame_count && !is_slow(in, foot, next)) next++;
+    if (next < in->frame_count) lift = lift_of(in, foot, end - 1, next);
+  } else {
+    uint32_t last = from - 1;
+    while (last > 0 && !is_slow(in, foot, last)) last--;
+    if (is_slow(in, foot, last)) lift = lift_of(in, foot, last, from);
+  }
+  return lift > SIDE_RISE * in->report->height;
+}
+
 /* Whether the foot comes down to where it is slow and goes up from there, as on a step or a slope. What it
  * climbs or descends meanwhile is below one side and above the other, and cancels out; a foot that is held up
  * is above both. */
 static bool stands_higher(const inspection *in, uint32_t foot, uint32_t from, uint32_t end, double level) {
+  if (from == 0 || end == in->frame_count) return steps_away(in, foot, from, end);
   double step = in->duration / (in->frame_count - 1);
   uint32_t side = (uint32_t)fmin(ceil(SIDE_SECONDS / step), in->frame_count);
   double rise = rise_of(in, foot, from > side ? from - side : 0, from, level) +

@@ -4,11 +4,19 @@
 
 #include "tweend/retarget.h"
 
+enum { TW_SPINE_MOST = 16 };
+
+/* The bones between hips and neck, from below. Of more than fit the last one stands last. */
+typedef struct tw_spine {
+  uint32_t count, nodes[TW_SPINE_MOST];
+} tw_spine;
+
 /* The bones that usual names say, of nodes for which is_bone says true, and of one figure where there are
- * several: that with the most bones below its hips. TW_NO_INDEX where there is none. bones: [TW_BONES];
- * arena: scratch. False without memory. O(nodes). */
+ * several: that with the most bones below its hips. TW_NO_INDEX where there is none. Of a spine the first two
+ * and the last are spine, chest and upper chest. bones: [TW_BONES]; arena: scratch. False without memory.
+ * O(nodes). */
 bool tw_bones_guess(const tw_skeleton *skeleton, const bool *is_bone, tw_arena *arena,
-                    uint32_t bones[TW_BONES]);
+                    uint32_t bones[TW_BONES], tw_spine *spine);
 
 /* Arrays live in the arena that the match was made with. */
 typedef struct tw_bone_match {

@@ -213,15 +213,9 @@ static bool is_fixed_above(const tw_carrying *c, const place *place) {
   return true;
 }
 
-/* Whether the result so far has a track of a node. */
-static bool is_carried(const tw_carrying *c, uint32_t node) {
-  uint32_t i = 0;
-  while (i < c->out_count && c->out[i].node != node) i++;
-  return i < c->out_count;
-}
-
-static tw_status make_place(tw_carrying *c, uint32_t bone, place **places, uint64_t *depths, place **out,
-                            tw_error *error) {
+/* has_track: [nodes of the target] in the result so far. */
+static tw_status make_place(tw_carrying *c, uint32_t bone, place **places, const bool *has_track,
+                            uint64_t *depths, place **out, tw_error *error) {
   enum { DEPTHS_MOST = 1 << 12 }; /* a sample looks at all nodes above */
   const tw_fit *fit = &c->fit;
   const tw_node *nodes = c->job->target.nodes;
@@ -237,7 +231,7 @@ static tw_status make_place(tw_carrying *c, uint32_t bone, place **places, uint6
   for (uint32_t node = nodes[target].parent, i = depth; node != TW_NO_INDEX; node = nodes[node].parent) {
     way[--i] = node;
     if (fit->bone_of[node] != TW_NO_INDEX) carriers[i] = places[fit->bone_of[node]];
-    has_matrix[i] = nodes[node].has_matrix && !is_carried(c, node);
+    has_matrix[i] = nodes[node].has_matrix && !has_track[node];
     if (c->turns[node] && c->turns[node]->path.count > steps) steps = c->turns[node]->path.count;
   }
   *made = (place){.bone = bone,
@@ -261,13 +255,16 @@ static tw_status make_place(tw_carrying *c, uint32_t bone, place **places, uint6
 tw_status tw_places_carry(tw_carrying *c, tw_error *error) {
   const tw_fit *fit = &c->fit;
   place **places = tw_arena_alloc(c->scratch, fit->bone_count, sizeof(place *));
-  tw_status status = places ? TW_OK : tw_carrying_no_memory(error);
+  bool *has_track = tw_arena_alloc(c->scratch, c->job->target.node_count, sizeof *has_track);
+  tw_status status = places && has_track ? TW_OK : tw_carrying_no_memory(error);
   uint64_t depths = 0;
+  uint32_t seen = 0; /* tracks of the result */
   for (uint32_t i = 0; i < fit->bone_count && status == TW_OK; i++) {
     if (!fit->bones[i].is_carrier) continue;
     uint32_t *tracks, count;
     place *place = NULL;
-    status = make_place(c, i, places, &depths, &place, error);
+    for (; seen < c->out_count; seen++) has_track[c->out[seen].node] = true;
+    status = make_place(c, i, places, has_track, &depths, &place, error);
     if (status != TW_OK) break;
     if (!find_tracks(c, place, &tracks, &count)) return tw_carrying_no_memory(error);
     if (count == 0) continue;

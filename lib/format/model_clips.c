@@ -1,4 +1,5 @@
 /* Checks of clips: what they say of the model, and what is worth a warning. */
+#include <stdio.h>
 #include <string.h>
 
 #include "clip.h"
@@ -122,7 +123,28 @@ static int compare_clip_names(const void *a, const void *b) {
   return order != 0 ? order : (left > right) - (left < right);
 }
 
-/* Says of a clip that shares its name with one before it how to ask for it. */
+/* Says of a clip that shares its name with one before it how to ask for it. sorted: [count] by name. */
+static void warn_of_namesake(tw_model *model, const tw_clip_keys *clip, const tw_clip_keys *const *sorted,
+                             uint32_t count) {
+  char by_place[24];
+  uint32_t index = (uint32_t)(clip - model->clips), low = 0, high = count;
+  snprintf(by_place, sizeof by_place, "clip_%u", index);
+  while (low < high) {
+    uint32_t middle = low + (high - low) / 2;
+    if (strcmp(sorted[middle]->name, by_place) < 0)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  bool is_a_name = low < count && strcmp(sorted[low]->name, by_place) == 0;
+  tw_model_warn_of_clip(model, index,
+                        is_a_name
+                            ? "another clip is called %.100s, too, and one is called %s: nothing asks for "
+                              "this one"
+                            : "another clip is called %.100s, too: %s asks for this one",
+                        clip->name, by_place);
+}
+
 static tw_status warn_of_namesakes(tw_model *model, tw_error *error) {
   const tw_clip_keys **sorted = tw_alloc(model->clip_count, sizeof *sorted);
   uint32_t count = 0;
@@ -131,10 +153,7 @@ static tw_status warn_of_namesakes(tw_model *model, tw_error *error) {
     if (model->clips[i].name) sorted[count++] = &model->clips[i];
   tw_status status = tw_sort(sorted, count, sizeof *sorted, compare_clip_names);
   for (uint32_t i = 1; status == TW_OK && i < count; i++)
-    if (strcmp(sorted[i]->name, sorted[i - 1]->name) == 0)
-      tw_model_warn_of_clip(model, (uint32_t)(sorted[i] - model->clips),
-                            "another clip is called %.100s, too: clip_%u asks for this one", sorted[i]->name,
-                            (uint32_t)(sorted[i] - model->clips));
+    if (strcmp(sorted[i]->name, sorted[i - 1]->name) == 0) warn_of_namesake(model, sorted[i], sorted, count);
   tw_free(sorted);
   return status == TW_OK ? TW_OK : tw_fail(error, status, "the names of the clips cannot be sorted");
 }

@@ -232,3 +232,13 @@ test('ten lines of JavaScript read pose.bin', async () => {
         })));
   }
 });
+
+test('a warning tells how to ask for the second of two clips of one name, or that nothing does', async () => {
+  const tracks = [{ node: 'a', path: 'translation', times: [0, 1], values: [[0, 0, 0], [1, 0, 0]] }];
+  const warned = async (...names) => {
+    const model = await daemon.upload(JSON.stringify({ nodes: [{ name: 'a' }], clips: names.map((name) => ({ name, tracks })) }));
+    return (await (await fetch(model)).json()).warnings;
+  };
+  assert.deepEqual(await warned('walk', 'walk'), ['another clip is called walk, too: clip_1 asks for this one']);
+  assert.deepEqual(await warned('walk', 'walk', 'clip_1'), ['another clip is called walk, too, and one is called clip_1: nothing asks for this one']);
+});

@@ -214,6 +214,22 @@ TEST_WITH(feet_touch_the_ground_and_slide, setup, teardown) {
   assert_int_equal(inspect(f, tracks, 2, NULL, 0)->foot_count, 0);
 }
 
+TEST_WITH(feet_are_bones_not_what_is_called_after_them, setup, teardown) {
+  figure *f = *state;
+  float left[KEYS][3];
+  step(f, 0, left);
+  tw_track_keys track = going(f, LEFT, left, KEYS);
+  f->nodes[LEFT].name = "foot_l";
+  f->nodes[RIGHT].name = "ik_foot_root";
+  const tw_clip_report *report = inspect(f, &track, 1, NULL, 0);
+  assert_int_equal(report->foot_count, 1);
+  assert_int_equal(report->feet[0], LEFT);
+  f->nodes[RIGHT].name = "front_foot_l"; /* of a horse */
+  assert_int_equal(inspect(f, &track, 1, NULL, 0)->foot_count, 2);
+  f->nodes[LEFT].name = "my foot"; /* no bone's usual name */
+  assert_int_equal(inspect(f, &track, 1, NULL, 0)->foot_count, 2);
+}
+
 /* Heights of a foot at times from 0 to 2 s, in a line from one to the next. */
 static void rise_along(figure *f, const float (*stops)[2], float (*out)[3]) {
   for (int i = 0, s = 0; i < KEYS; i++) {
@@ -224,17 +240,20 @@ static void rise_along(figure *f, const float (*stops)[2], float (*out)[3]) {
 }
 
 TEST_WITH(feet_stand_on_steps_and_not_in_the_air, setup, teardown) {
-  /* Two steps up, and two down with little lift: nothing is before the first. */
+  /* Two steps up, and two down with little lift; the last way up has none. */
   static const float up[][2] = {{0, 0},        {0.3f, 0},   {0.45f, .45f}, {0.6f, .3f}, {0.9f, .3f},
                                 {1.05f, .75f}, {1.2f, .6f}, {1.5f, .6f},   {1.8f, 1},   {2.1f, 1}};
   static const float down[][2] = {{0, .6f},  {0.3f, .6f}, {0.4f, .66f}, {0.6f, .3f}, {0.9f, .3f},
                                   {1, .36f}, {1.2f, 0},   {1.5f, 0},    {1.8f, .6f}, {2.1f, .6f}};
+  static const float back[][2] = {{0, .0f},    {0.6f, .0f},  {0.7f, .36f}, {.8f, .3f},
+                                  {1.1f, .3f}, {1.3f, .66f}, {1.4f, .6f},  {2.1f, .6f}};
   static const float held[][2] = {{0, 0}, {0.3f, 0}, {0.6f, .6f}, {1.5f, .6f}, {1.8f, 0}, {2.1f, 0}};
   static const struct {
     const float (*stops)[2];
     uint32_t count;
-    double from[3];
-  } cases[] = {{up, 3, {0, 0.6, 1.2}}, {down, 2, {0.6, 1.2}}, {held, 2, {0, 1.8}}};
+    double from[3]; /* by time */
+  } cases[] = {
+      {up, 3, {0, 0.6, 1.2}}, {down, 3, {0, 0.6, 1.2}}, {back, 3, {0, 0.8, 1.4}}, {held, 2, {0, 1.8}}};
   figure *f = *state;
   const uint32_t foot = LEFT;
   float places[KEYS][3];

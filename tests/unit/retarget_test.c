@@ -261,10 +261,76 @@ static const char *const biovision[BIPED_JOINTS] = {
     "rightfoot", "righttoe",    "leftcollar", "leftuparm",   "leftlowarm", "lefthand",
     "leftindex", "rightcollar", "rightuparm", "rightlowarm", "righthand",  "rightindex"};
 
-static const char *const *const families[] = {NULL,   mixamo, numbered,  cmu,      asf,      anatomy,
-                                              rigify, unreal, makehuman, unity,    vroid,    max_biped,
-                                              smpl,   daz,    creator,   auto_rig, advanced, joints,
-                                              neuron, motive, kinect,    xsens,    biovision};
+static const char *const rokoko[BIPED_JOINTS] = {"Hips",
+                                                 "Spine1",
+                                                 "Spine2",
+                                                 "Spine4",
+                                                 "Neck",
+                                                 "Head",
+                                                 "LeftThigh",
+                                                 "LeftShin",
+                                                 "LeftFoot",
+                                                 "LeftToe",
+                                                 "RightThigh",
+                                                 "RightShin",
+                                                 "RightFoot",
+                                                 "RightToe",
+                                                 "LeftShoulder",
+                                                 "LeftArm",
+                                                 "LeftForeArm",
+                                                 "LeftHand",
+                                                 "LeftFinger2Proximal",
+                                                 "RightShoulder",
+                                                 "RightArm",
+                                                 "RightForeArm",
+                                                 "RightHand",
+                                                 "RightFinger2Proximal"};
+static const char *const arkit[BIPED_JOINTS] = {
+    "hips_joint",         "spine_1_joint",       "spine_4_joint",          "spine_7_joint",
+    "neck_1_joint",       "head_joint",          "left_upLeg_joint",       "left_leg_joint",
+    "left_foot_joint",    "left_toes_joint",     "right_upLeg_joint",      "right_leg_joint",
+    "right_foot_joint",   "right_toes_joint",    "left_shoulder_1_joint",  "left_arm_joint",
+    "left_forearm_joint", "left_hand_joint",     "left_handIndex_1_joint", "right_shoulder_1_joint",
+    "right_arm_joint",    "right_forearm_joint", "right_hand_joint",       "right_handIndex_1_joint"};
+static const char *const azure[BIPED_JOINTS] = {
+    "PELVIS",      "SPINE_NAVEL",    "SPINE_CHEST",    "upperChest",    "NECK",        "HEAD",
+    "HIP_LEFT",    "KNEE_LEFT",      "ANKLE_LEFT",     "FOOT_LEFT",     "HIP_RIGHT",   "KNEE_RIGHT",
+    "ANKLE_RIGHT", "FOOT_RIGHT",     "CLAVICLE_LEFT",  "SHOULDER_LEFT", "ELBOW_LEFT",  "WRIST_LEFT",
+    "LeftIndex1",  "CLAVICLE_RIGHT", "SHOULDER_RIGHT", "ELBOW_RIGHT",   "WRIST_RIGHT", "RightIndex1"};
+static const char *const vrchat[BIPED_JOINTS] = {
+    "Hips",           "Spine",          "Chest",         "Upper Chest", "Neck",        "Head",
+    "Left leg",       "Left knee",      "Left ankle",    "Left toe",    "Right leg",   "Right knee",
+    "Right ankle",    "Right toe",      "Left shoulder", "Left arm",    "Left elbow",  "Left wrist",
+    "IndexFinger1_L", "Right shoulder", "Right arm",     "Right elbow", "Right wrist", "IndexFinger1_R"};
+static const char *const mmd[BIPED_JOINTS] = {
+    "センター", "上半身",   "上半身2",  "上半身3", "首",     "頭",       "左足",   "左ひざ",
+    "左足首",   "左つま先", "右足",     "右ひざ",  "右足首", "右つま先", "左肩",   "左腕",
+    "左ひじ",   "左手首",   "左人指１", "右肩",    "右腕",   "右ひじ",   "右手首", "右人指１"};
+static const char *const mmd_blender[BIPED_JOINTS] = {
+    "センター", "上半身",   "上半身2",  "上半身3", "首",     "頭",       "足.L",   "ひざ.L",
+    "足首.L",   "つま先.L", "足.R",     "ひざ.R",  "足首.R", "つま先.R", "肩.L",   "腕.L",
+    "ひじ.L",   "手首.L",   "人指１.L", "肩.R",    "腕.R",   "ひじ.R",   "手首.R", "人指１.R"};
+/* With the same word and separator in front. */
+static const char *const somebody[BIPED_JOINTS] = {
+    "Bob_A_Hips",        "Bob_A_Spine",        "Bob_A_Spine1",         "Bob_A_Spine2",
+    "Bob_A_Neck",        "Bob_A_Head",         "Bob_A_LeftUpLeg",      "Bob_A_LeftLeg",
+    "Bob_A_LeftFoot",    "Bob_A_LeftToeBase",  "Bob_A_RightUpLeg",     "Bob_A_RightLeg",
+    "Bob_A_RightFoot",   "Bob_A_RightToeBase", "Bob_A_LeftShoulder",   "Bob_A_LeftArm",
+    "Bob_A_LeftForeArm", "Bob_A_LeftHand",     "Bob_A_LeftHandIndex1", "Bob_A_RightShoulder",
+    "Bob_A_RightArm",    "Bob_A_RightForeArm", "Bob_A_RightHand",      "Bob_A_RightHandIndex1"};
+/* With a number behind each name. */
+static const char *const sketchfab[BIPED_JOINTS] = {
+    "Bip01 Pelvis_01",      "Bip01 Spine_02",      "Bip01 Spine1_03",      "Bip01 Spine2_04",
+    "Bip01 Neck_05",        "Bip01 Head_06",       "Bip01 L Thigh_07",     "Bip01 L Calf_08",
+    "Bip01 L Foot_09",      "Bip01 L Toe0_010",    "Bip01 R Thigh_011",    "Bip01 R Calf_012",
+    "Bip01 R Foot_013",     "Bip01 R Toe0_014",    "Bip01 L Clavicle_015", "Bip01 L UpperArm_016",
+    "Bip01 L Forearm_017",  "Bip01 L Hand_018",    "Bip01 L Finger1_019",  "Bip01 R Clavicle_020",
+    "Bip01 R UpperArm_021", "Bip01 R Forearm_022", "Bip01 R Hand_023",     "Bip01 R Finger1_024"};
+
+static const char *const *const families[] = {
+    NULL,      mixamo, numbered, cmu,     asf,      anatomy,  rigify,      unreal,   makehuman, unity,  vroid,
+    max_biped, smpl,   daz,      creator, auto_rig, advanced, joints,      neuron,   motive,    kinect, xsens,
+    biovision, rokoko, arkit,    azure,   vrchat,   mmd,      mmd_blender, somebody, sketchfab};
 enum { FAMILIES = sizeof families / sizeof *families };
 
 TEST(every_family_of_names_matches_every_other_as_a_whole) {
@@ -304,6 +370,56 @@ static void add_figure(biped *b, const biped *other) {
   }
   tw_error error;
   assert_int_equal(tw_nodes_order(b->nodes, b->count, b->order, &error), TW_OK);
+}
+
+/* A rig with all that steers it, as Blender can export it. */
+TEST(bones_that_steer_others_are_none) {
+  static const char *const steering[] = {"root",     "hips",        "chest",     "neck",      "head",
+                                         "thigh.L",  "thigh_ik.L",  "foot_ik.L", "ORG-spine", "ORG-thigh.L",
+                                         "ORG-head", "upper_arm.L", "hand.L"};
+  static biped source, target;
+  uint32_t count = sizeof steering / sizeof *steering;
+  biped_make(&target, (biped_options){.names = rigify});
+  memmove(target.nodes + count, target.nodes, target.count * sizeof *target.nodes);
+  for (uint32_t i = count + target.count; i-- > 0;) {
+    tw_node *node = &target.nodes[i];
+    if (i < count)
+      *node = (tw_node){
+          .name = steering[i], .parent = i ? 0 : TW_NO_INDEX, .mesh = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
+    else
+      node->parent = node->parent == TW_NO_INDEX ? 0 : node->parent + count;
+  }
+  target.count += count;
+  tw_error error;
+  assert_int_equal(tw_nodes_order(target.nodes, target.count, target.order, &error), TW_OK);
+  for (int i = 0; i < 2; i++) {
+    tw_arena *arena = tw_arena_create();
+    biped_make(&source, (biped_options){.names = i ? unity : NULL}); /* whose own are "hips", "chest" */
+    biped_animate(&source, 1, 3);
+    tw_retarget_job job = job_of(&source, &target);
+    tw_retargeted out = run_good(&job, arena);
+    assert_int_equal(out.bone_count, BIPED_JOINTS);
+    for (uint32_t k = 0; k < out.bone_count; k++)
+      assert_int_equal(out.bones[k].target, out.bones[k].source + count);
+    tw_arena_destroy(arena);
+  }
+}
+
+TEST(letters_with_numbers_are_vertebrae_only_of_a_spine) {
+  static const uint32_t spine[] = {1, 2, 3};
+  static biped source, target;
+  const char *names[BIPED_JOINTS];
+  memcpy(names, mixamo, sizeof names);
+  names[9] = "L1", names[13] = "R1"; /* toes, in some program */
+  biped_make(&source, (biped_options){.names = unity});
+  biped_animate(&source, 1, 3);
+  biped_make(&target, (biped_options){.names = names});
+  tw_arena *arena = tw_arena_create();
+  tw_retarget_job job = job_of(&source, &target);
+  tw_retargeted out = run_good(&job, arena);
+  assert_int_equal(out.bone_count, BIPED_JOINTS - 2);
+  for (size_t i = 0; i < 3; i++) assert_int_equal(out.bones[spine[i]].source, spine[i]);
+  tw_arena_destroy(arena);
 }
 
 TEST(bones_are_those_of_one_figure) {
@@ -372,6 +488,37 @@ TEST(fewer_and_more_spine_bones_move_hands_and_feet_to_about_the_same_places) {
     if (fewer > 0.01 || more > 0.01) print_error("%u: %g %g\n", spines, fewer, more);
     assert_true(fewer < 0.01 && more < 0.01);
   }
+}
+
+/* Bones that are called after others that the figure lacks match by where they are. */
+TEST(a_spine_that_lacks_a_bone_in_the_middle_moves_hands_and_feet_to_the_same_places) {
+  static const char *const *const names[] = {NULL, mixamo, unreal};
+  for (size_t i = 0; i < 3; i++)
+    for (uint32_t lacks = 2; lacks < BIPED_NECK; lacks++) {
+      double fewer = worst_of((biped_options){.names = mixamo},
+                              (biped_options){.names = names[i], .seed = 4, .lacks = lacks}, 1);
+      if (fewer > 0.004) print_error("%zu without %u: %g\n", i, lacks, fewer);
+      assert_true(fewer < 0.004);
+    }
+}
+
+TEST(bones_of_a_spine_keep_their_order_beside_those_of_a_map) {
+  static biped source, target;
+  const tw_bone_pair map[] = {{.source = 3, .target = 2}};
+  biped_make(&source, (biped_options){.names = mixamo});
+  biped_make(&target, (biped_options){.names = unreal});
+  biped_animate(&source, 1, 3);
+  tw_arena *arena = tw_arena_create();
+  tw_retarget_job job = job_of(&source, &target);
+  job.map = map;
+  job.map_count = 1;
+  tw_retargeted out = run_good(&job, arena);
+  assert_int_equal(out.bone_count, BIPED_JOINTS - 1);
+  for (uint32_t i = 0; i < out.bone_count; i++) {
+    assert_true(out.bones[i].target != 3);
+    assert_int_equal(out.bones[i].source, out.bones[i].target == 2 ? 3 : out.bones[i].target);
+  }
+  tw_arena_destroy(arena);
 }
 
 /* The most that a hand, foot, the hips or the head is turned otherwise than in the source: figures that rest
@@ -776,6 +923,30 @@ TEST(a_map_may_leave_a_bone_out) {
 }
 
 /* Whichever bone it is: the others move as if the clip did not move that one. */
+TEST(bones_that_the_map_leaves_out_need_no_counterpart) {
+  enum { FEW = 10, OTHERS = BIPED_JOINTS - FEW };
+  static biped source, target;
+  static char strange[OTHERS][16];
+  const char *names[BIPED_JOINTS];
+  tw_bone_pair map[OTHERS];
+  memcpy(names, mixamo, sizeof names);
+  for (uint32_t i = 0; i < OTHERS; i++) {
+    snprintf(strange[i], sizeof strange[i], "strange %c", 'a' + (int)i);
+    names[FEW + i] = strange[i];
+    map[i] = (tw_bone_pair){.source = FEW + i, .target = TW_NO_INDEX};
+  }
+  biped_make(&source, (biped_options){.names = names});
+  biped_make(&target, (biped_options){.names = unreal});
+  biped_animate(&source, 1, 3);
+  tw_retarget_job job = job_of(&source, &target);
+  assert_refused(&job, TW_UNSUPPORTED, "10 of 24 bones match");
+  job.map = map;
+  job.map_count = OTHERS;
+  tw_arena *arena = tw_arena_create();
+  assert_int_equal(run_good(&job, arena).bone_count, FEW);
+  tw_arena_destroy(arena);
+}
+
 TEST(a_bone_that_the_map_leaves_out_moves_nothing) {
   static biped source, resting, target;
   biped_make(&source, (biped_options){.seed = 2});

@@ -61,7 +61,8 @@ typedef struct tw_inspect_job {
   const tw_node *nodes;  /* [node_count] */
   const uint32_t *order; /* of tw_nodes_order */
   uint32_t node_count, foot_count;
-  const uint32_t *feet; /* [foot_count] nodes; NULL: those whose names have "foot" in them, else "ankle" */
+  const uint32_t *feet; /* [foot_count] nodes; NULL: those that usual names tell (anim/bone_names.c); without
+                           these, those whose names have "foot" in them, else "ankle" */
   /* NULL, or the clip of tw_clip_take_root that the keys follow, without its root's motion: feet below the
    * root's node are judged with it put back, since one that stands slides when it is taken. */
   const tw_clip *without_root;
@@ -73,7 +74,9 @@ typedef struct tw_inspect_job {
  * Motion is followed at 60 frames a second, less densely where frames times nodes are over 4 million. A foot
  * touches the ground for three frames or more while it is slower than a quarter of the figure's height at
  * rest a second, and less than 3 % of that height above its lowest place; or above where it stands, as on
- * steps, if in the quarters of a second before and after it is higher, together by 1 % of that height. Noise
+ * steps, if in the quarters of a second before and after it is higher, together by 1 % of that height; at the
+ * clip's ends, if on its way to or from the other place where it is slow it is that much above the straight
+ * line. Noise
  * is what a parabola through seven keys leaves of the middle one, for tracks of seven keys or more that do
  * not step. A pop is a key over 5 degrees, and over eight times the track's median, away from the slerp of
  * its neighbours, which are at most 0.1 s apart.

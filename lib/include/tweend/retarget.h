@@ -42,8 +42,9 @@ uint32_t tw_bone_find(const char *name, size_t length);
 /* ---- retargeting ----------------------------------------------------------------------------------------
  * A clip of one skeleton, the source, becomes keys for another one, the target. Bones are matched by a map of
  * the caller's, by humanoid maps, by equal names, and by the names that usual rigs have (anim/bone_names.c);
- * a name that means another bone in each of two usual rigs does not match itself. Of several figures in a
- * file usual names are those of the one with the most bones below its hips.
+ * a name that means another bone in each of two usual rigs, or one that another node already is, does not
+ * match itself. Of several figures in a file usual names are those of the one with the most bones below its
+ * hips. Bones of spines that differ in number match by their place between hips and neck.
  *
  * Rotations are carried over in the world, relative to each rest pose: target = source * source_rest^-1 *
  * alignment * target_rest. The alignment of a limb turns the target's rest direction, from the joint to the
