@@ -25,7 +25,7 @@ const LIGHTS = {
 };
 const TURN_SPEED = 1.5; // of OrbitControls: a round in 40 s
 
-const PLACES_MOST = 2000; // points of a mesh that framing considers
+const PLACES_MOST = 600; // points of a mesh that framing considers: it is done before the first picture
 const MARGIN = 0.78; // part of the picture that a framed model fills
 const SLOW_FROM = 100000; // triangles from which on a picture is drawn in the background where there is no graphics card
 const REST_MS = 250; // without another picture, after which the picture is drawn fine
