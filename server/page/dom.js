@@ -30,8 +30,8 @@ export const icon = (path, { isFilled = false } = {}) =>
 
 export const byId = (id) => document.getElementById(id);
 
-const grouped = new Intl.NumberFormat('en');
-export const count = (n) => grouped.format(n);
+/** A whole number with its thousands apart. Not by Intl, whose first use takes longer than any other statement at the start. */
+export const count = (n) => String(n).replace(/\B(?=(\d{3})+$)/g, ',');
 
 export function bytes(n) {
   if (n === null || n === undefined) return '–';

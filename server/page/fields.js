@@ -2,11 +2,10 @@
 import { make, select } from './dom.js';
 import { CHOICES, parameterWords } from './shapes.js';
 
-const hasDecimalComma = (0.5).toLocaleString().includes(',');
-
 /** The numbers of a text: between blanks, semicolons or commas; a comma within a number is a decimal point where the
  *  browser's language writes it so. NaN stands for what is no number. */
 function numbersOf(text) {
+  const hasDecimalComma = (0.5).toLocaleString().includes(',');
   const isBlankSeparated = /[\s;]/.test(text.trim());
   const words = text.split(hasDecimalComma && (isBlankSeparated || text.split(',').length === 2) ? /[\s;]+/ : /[\s;,]+/);
   return words.map((word) => word.replace(/,$/, '')).filter(Boolean).map((word) => Number(hasDecimalComma ? word.replace(',', '.') : word));

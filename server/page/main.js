@@ -165,6 +165,13 @@ function sayUnknown() {
   sayBlank('The model cannot be opened', again, ...(other && other !== state('model') ? [['Another model', () => openOther(other)]] : []));
 }
 
+/** Resolves when the model's picture is there. Without a graphics card that of a large one takes seconds, and says so. */
+async function drawn() {
+  const task = busy('Drawing');
+  await viewport.drawn();
+  task.done();
+}
+
 /** Resolves when a promise does, or after so many milliseconds. */
 const soon = (promise, ms) => Promise.race([promise, new Promise((resolve) => setTimeout(resolve, ms))]);
 
@@ -217,7 +224,7 @@ async function openModel() {
   document.title = `${models.nameOf(model)} – tweend`;
   const surfaceOpened = openSurface();
   edit.open(model);
-  await soon(surfaceOpened.then(() => viewport.drawn()), PATIENCE); // the picture has priority
+  await soon(surfaceOpened.then(() => shown && drawn()), PATIENCE); // the picture has priority
   if (model?.id !== id) return;
   const others = Promise.all([openCage(model), openClip()]);
   const opened = Promise.all([surfaceOpened, others]);

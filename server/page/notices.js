@@ -73,10 +73,11 @@ let shown; // the task whose text is shown and which the button cancels
 function showTask() {
   shown = [...tasks].filter(({ isDue }) => isDue).at(-1);
   byId('busy').hidden = !shown;
+  byId('cancel').hidden = !shown?.controller;
   if (shown) byId('busy-text').textContent = shown.text;
 }
 
-/** Shows that a task is running, after half a second, with a button to cancel it, until done() is called. */
+/** Shows that a task is running, after half a second, until done() is called; with a button to cancel it where it has a controller. */
 export function busy(text, controller) {
   const task = { text, controller, isDue: false };
   const set = (changes) => {

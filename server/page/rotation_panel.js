@@ -3,7 +3,6 @@
 import { html, render } from 'lit-html';
 import { Color, MathUtils } from 'three';
 
-import { Chart } from './chart.js';
 import { tweend, withKey } from './client.js';
 import { optionsOf } from './clips.js';
 import { draw, fixed, make, seconds } from './dom.js';
@@ -89,9 +88,10 @@ export class RotationPanel {
       }
       this.tracks = [...tracks].sort((a, b) => a.gimbal.cos_middle - b.gimbal.cos_middle);
       const track = tracks.find(({ node }) => node === state('node')) ?? this.tracks[0];
-      this.data = await this.ask(model, clip, track, signal);
+      const [data, { Chart }] = await Promise.all([this.ask(model, clip, track, signal), import('./chart.js')]); // evaluating it takes a while
       if (signal.aborted) return;
-      this.show(track);
+      this.data = data;
+      this.show(track, Chart);
       this.makeGhosts();
       this.showTrail();
       this.tick(this.animation.time ?? 0);
@@ -135,7 +135,7 @@ export class RotationPanel {
     return data;
   }
 
-  show(track) {
+  show(track, Chart) {
     const { quaternion, eulers, distance, order, samples, apart } = this.data;
     const high = 1.1 * Math.max(LEAST_HIGH, ...eulers.flat().map((angle) => Math.abs(angle)));
     const most = Math.max(...apart);

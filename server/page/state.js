@@ -67,7 +67,7 @@ function read() {
 function write() {
   const changed = Object.entries(values).filter(([name, value]) => value !== DEFAULTS[name]);
   const hash = new URLSearchParams(changed).toString();
-  history.replaceState(null, '', hash ? `#${hash}` : location.pathname + location.search);
+  if (hash !== location.hash.slice(1)) history.replaceState(null, '', hash ? `#${hash}` : location.pathname + location.search);
 }
 
 function tell(next) {

@@ -25,7 +25,7 @@ const LIGHTS = {
 };
 const TURN_SPEED = 1.5; // of OrbitControls: a round in 40 s
 
-const PLACES_MOST = 2000; // points of a mesh that framing considers
+const PLACES_MOST = 600; // points of a mesh that framing considers: it is done before the first picture
 const MARGIN = 0.78; // part of the picture that a framed model fills
 const SLOW_FROM = 100000; // triangles from which on a picture is drawn in the background where there is no graphics card
 const REST_MS = 250; // without another picture, after which the picture is drawn fine
@@ -90,7 +90,8 @@ export class Viewport {
     this.shown = new Set();
     this.offset = new Vector3(); // how far the camera has followed the model
     this.onFrame = [];
-    this.afterFrame = []; // called once, with the canvas as it was just drawn
+    this.afterFrame = []; // called once, with the canvas as it was just drawn, fine
+    this.onDrawn = []; // called once, when a frame was drawn, be it coarse
     this.onView = () => {}; // called when the user has moved the camera
     canvas.addEventListener('keydown', (event) => this.key(event));
     canvas.addEventListener('webglcontextrestored', () => {
@@ -158,10 +159,10 @@ export class Viewport {
     this.#drawSoon();
   }
 
-  /** Resolves when a frame was drawn. */
+  /** Resolves when a frame was drawn, be it coarse. */
   drawn() {
     return new Promise((resolve) => {
-      this.afterFrame.push(resolve);
+      this.onDrawn.push(resolve);
       this.#drawSoon();
     });
   }
@@ -187,16 +188,21 @@ export class Viewport {
     this.skeleton?.update();
     if (this.model && this.isShadowOld && this.floor.draw(this.#solids)) this.isShadowOld = false; // the camera moves no shadow
     if (this.isSlow) {
-      const isStill = !this.isMoved && performance.now() - this.ended > REST_MS;
+      const isStill = !this.isMoved && !this.isFirst && performance.now() - this.ended > REST_MS; // of a model that is not there yet, a coarse picture is sooner
       this.#drawInBackground(isStill || this.afterFrame.length > 0);
       return;
     }
     delete this.canvas.dataset.unfinished; // a coarse picture may have come before
     if (this.renderer) this.#render();
-    this.#endFrame(this.afterFrame.splice(0));
+    this.#endFrame(this.#waiting());
   }
 
-  /** uses: those of `afterFrame` that waited when the drawing began. */
+  /** Takes those that wait for a frame off their lists. */
+  #waiting() {
+    return [...this.afterFrame.splice(0), ...this.onDrawn.splice(0)];
+  }
+
+  /** uses: what waited when the drawing began. */
   #endFrame(uses) {
     this.isSlow = this.#isSlowAt(this.triangles);
     this.isMoved = false;
@@ -211,7 +217,7 @@ export class Viewport {
     this.inBackground = true;
     this.canvas.dataset.unfinished = '';
     this.background ??= new BackgroundPicture(this.renderer);
-    const uses = this.afterFrame.splice(0);
+    const uses = this.#waiting();
     await this.background.show((target) => this.#render(target), isFine);
     this.#endFrame(uses);
     await takenOver();

@@ -106,6 +106,32 @@ visits('the level of one model is not that of the next, and a large one opens at
   assert.ok(covered(await visit.pixels()) > 0.05);
 });
 
+visits('until a large model is drawn, coarse at first, the page says that it is', { first: 'cube.obj' }, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  await page.evaluate(() => {
+    const { getSyncParameter, viewport } = WebGL2RenderingContext.prototype;
+    Object.assign(window, { isHeld: true, widths: [] });
+    Object.assign(WebGL2RenderingContext.prototype, {
+      getSyncParameter(...given) {
+        return window.isHeld ? this.UNSIGNALED : getSyncParameter.apply(this, given);
+      },
+      viewport(...given) {
+        window.widths.push(given[2]);
+        viewport.apply(this, given);
+      },
+    });
+  });
+  await drop(visit, { 'scan.obj': grid(230) });
+  await page.locator('#busy-text', { hasText: 'Drawing' }).waitFor();
+  assert.ok(await page.locator('#cancel').isHidden(), 'it cannot be cancelled');
+  assert.ok(await page.evaluate(() => window.widths.includes(Math.ceil(document.querySelector('canvas').width / 2))), 'in half the pixels');
+  await page.evaluate(() => (window.isHeld = false));
+  await page.locator('#busy').waitFor({ state: 'hidden' });
+  await visit.level(0);
+  assert.ok(covered(await visit.pixels()) > 0.05);
+});
+
 visits('a level that is refused leaves the picture, the slider and the address of the last', { first: 'cube.obj', hash: '#tab=surface', refused: [422] }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
