@@ -200,9 +200,8 @@ static const char *join_names(const clip_source *source, tw_arena *arena) {
 
 /* Warns of what a clip animates besides nodes. False without memory. */
 static bool note_loose(api_notes *notes, const tw_clip_keys *keys) {
-  return !keys->loose ||
-         api_note(notes, "the clip also moves what a pose does not show: other than a node's "
-                         "translation, rotation, scale, or all its weights together");
+  return !keys->loose || api_note(notes, "the clip also moves what a pose does not show: other than a node's "
+                                         "translation, rotation, scale, or all its weights together");
 }
 
 /* The keys of each chosen clip, on the model's nodes. NULL: the fault says why. */
