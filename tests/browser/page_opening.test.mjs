@@ -317,6 +317,8 @@ visits('nothing moves by itself for those who want less motion', { first: 'cube.
   assert.equal(animated, 0);
   assert.equal(await visit.page.getByLabel('Turntable').isChecked(), false);
   const frames = () => visit.page.evaluate(() => document.querySelector('canvas').dataset.frames);
+  await visit.wait(() => document.querySelector('.model[aria-current] img.thumbnail')); // for which a frame is drawn, two seconds after the first
+  await visit.drawn();
   const before = await frames();
   await visit.page.waitForTimeout(200);
   assert.equal(await frames(), before);
