@@ -1276,7 +1276,7 @@ export interface SurfaceOptions {
    * A warning tells of an `error` that it does not allow. */
   faces?: number;
   /**
-   * Subdivision scheme; `loop` needs triangles.
+   * Subdivision scheme; `loop` needs triangles, and joins none by default (see `quads`).
    * @default catmull-clark
    */
   scheme?: "catmull-clark" | "loop" | "bilinear";
@@ -1335,10 +1335,10 @@ export interface SurfaceOptions {
   weld?: ("auto" | "exact" | "none") | number;
   /**
    * How triangles become polygons; OBJ, PLY and tweend JSON keep theirs. By default `auto` for glTF and STL, which
-   * cannot store polygons, with a warning that counts what was joined. `ngon`: only by FB_ngon_encoding. `auto`
-   * also joins pairs of triangles that an exporter split from quads: consecutive triangles in the pattern that most
-   * of them have, then pairs that look like a split rectangle; never across a material, a UV seam or a hard edge,
-   * and not in a mesh with few such pairs. The description counts the `paired_quads`.
+   * cannot store polygons, with a warning that counts what was joined; `ngon` with `scheme=loop`. `ngon`: only by
+   * FB_ngon_encoding. `auto` also joins pairs of triangles that an exporter split from quads: consecutive triangles
+   * in the pattern that most of them have, then pairs that look like a split rectangle; never across a material, a
+   * UV seam or a hard edge, and not in a mesh with few such pairs. The description counts the `paired_quads`.
    */
   quads?: "ngon" | "auto" | "off";
   /**

@@ -342,7 +342,10 @@ api_outcome api_surface_query_read(api_call *call, api_surface_query *out) {
                              .details = true,
                              .creases = TW_CREASES_FILE,
                              .crease_sharpness = TW_SHARPNESS_INFINITE};
-  return api_rules_read(call, api_surface_rules, out);
+  api_outcome outcome = api_rules_read(call, api_surface_rules, out);
+  /* Loop's scheme refuses pairs of triangles: nobody who asks for it means them to be joined. */
+  if (out->scheme == TW_LOOP && out->reading.quads == TW_QUADS_USUAL) out->reading.quads = TW_QUADS_NGON;
+  return outcome;
 }
 
 const char *api_surface_key_print(api_call *call, const api_surface_query *query, api_surface_key key,

@@ -260,6 +260,22 @@ obj_faces() { grep -c '^f ' "$1"; }
   done
 }
 
+@test "Loop's scheme takes triangles of STL and glTF as they are" {
+  upload "$samples/cube.obj"
+  for form in stl glb; do
+    get "/v1/models/$id/surface.$form?level=0"
+    cp answer "cube.$form"
+  done
+  for form in stl glb; do
+    upload "cube.$form"
+    get "/v1/models/$id/surface.json?level=2&scheme=loop"
+    expect 200
+    [ "$(value .faces)" = $((12 * 16)) ]
+    get "/v1/models/$id/surface.json?level=2&scheme=loop&quads=auto"
+    expect 422
+  done
+}
+
 @test "a texture without any member stays an object" {
   printf '%s' '{"asset":{"version":"2.0"},"textures":[{}],"materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}' >bare.gltf
   post "/v1/surface.gltf?level=1" bare.gltf
