@@ -107,7 +107,7 @@ static bool are_bones(const matching *m, uint32_t source, uint32_t target) {
   return m->is_moved[source] || (m->match->is_source_bone[source] && m->match->is_target_bone[target]);
 }
 
-/* A node's place in a spine; the spine's count where it is none of its nodes. */
+/* The index of a node in a spine; the spine's count where the spine does not have the node. */
 static uint32_t rank_in(const tw_spine *spine, uint32_t node) {
   uint32_t i = 0;
   while (i < spine->count && spine->nodes[i] != node) i++;
@@ -220,7 +220,8 @@ static void pair_spines(const spine_places *shorter, const spine_places *longer,
   for (uint32_t i = shorter->count; i-- > 0; last = before[i][last]) pairs[i] = last;
 }
 
-/* Whether a pair would be the other way round than one that is matched, as by a map. */
+/* Whether a pair of spine bones would cross a pair that is matched already, as by a map: below it in one
+ * figure and above it in the other. */
 static bool crosses(const matching *m, uint32_t source, uint32_t target) {
   uint32_t from = rank_in(&m->source_spine, source), to = rank_in(&m->target_spine, target);
   for (uint32_t i = 0; i < m->target_spine.count; i++) {

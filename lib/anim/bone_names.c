@@ -228,7 +228,7 @@ static const char *const prefixes[] = {"mixamorig", "valvebiped", "bip",   "cc_b
 
 enum { WORDS = 8, WORD_SIZE = 24, STEM_SIZE = 64, DIGITS = 4, NAME_SIZE = 200 };
 
-/* How the bones of a file are called. */
+/* How a file names its bones. */
 typedef struct dialect {
   bool has_tails;      /* a number of its own behind each name, as Sketchfab writes them: "Hips_012" */
   bool only_deforming; /* bones without "DEF-" in front steer the others */
@@ -328,7 +328,9 @@ static bool is_deforming(const char *name) {
   return behind(behind_namespace(name), "def") != NULL;
 }
 
-/* Copies a bone's own name, with Japanese sides and digits as Latin ones. False for none. */
+/* Copies a bone's own name: without what the dialect has around it, and with Japanese sides and digits as
+ * Latin ones. Returns false where the dialect says that the node is no bone of the figure, or the name is too
+ * long. */
 static bool own_name(const char *name, const dialect *dialect, char out[NAME_SIZE]) {
   static const struct { const char *from, *to; } letters[] = {{"左", "left."}, {"右", "right."}};
   if (dialect->only_deforming && !is_deforming(name)) return false;
@@ -422,8 +424,8 @@ static kind find_kind(const char *stem) {
   return KIND_NONE;
 }
 
-/* Which finger digits say: Biped counts "Finger0", "Finger01", "Finger1"; MakeHuman "finger1-1"; Rokoko
- * "Finger1Metacarpal" of the thumb, "Finger2Proximal". */
+/* The finger that the digits of a name stand for: Biped counts "Finger0", "Finger01", "Finger1"; MakeHuman
+ * "finger1-1"; Rokoko "Finger1Metacarpal" of the thumb, "Finger2Proximal". */
 static kind find_finger(const said *said) {
   int first = said->digits[0] - (said->number_count > 1 || said->is_part || said->is_palm ? '1' : '0');
   bool is_thumb = first == 0;
@@ -586,8 +588,7 @@ static uint32_t choose_hips(const figures *f) {
   return best;
 }
 
-/* ---- how a file calls its bones --------------------------------------------------------------------------
- */
+/* ---- how a file names its bones ---------------------------------------------------------------- */
 
 static const char *bone_name(const figures *f, uint32_t node) {
   return f->is_bone[node] ? f->skeleton->nodes[node].name : NULL;
@@ -666,7 +667,8 @@ static void listen_to_all(figures *f) {
   }
 }
 
-/* Guesses in one dialect. Whether it makes a figure. */
+/* Guesses the bones of a figure from names that are read by f->dialect. Returns whether they make a figure.
+ */
 static bool guess(figures *f, uint32_t bones[TW_BONES], tw_spine *spine) {
   guesses guesses = {0};
   listen_to_all(f);

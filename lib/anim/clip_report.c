@@ -383,8 +383,8 @@ static double lift_of(const inspection *in, uint32_t foot, uint32_t from, uint32
   return from < to ? sum / (to - from) : 0;
 }
 
-/* Whether a foot that is slow from the clip's first frame on, or up to the last, lifts on its way from there,
- * or there, to where it is slow next: one that is held up goes down straight. */
+/* Whether a foot that is slow from the clip's first frame on lifts on its way to where it is slow next; or
+ * one that is slow up to the last frame, on its way there. A foot that is held up goes down straight. */
 static bool steps_away(const inspection *in, uint32_t foot, uint32_t from, uint32_t end) {
   double lift = 0;
   if (from == 0) {

@@ -122,7 +122,7 @@ static inline tw_offset tw_offset_split(const double vector[3], const double nor
 /* ---- levels and parts of them: error_parts.c ---------------------------------------------------- */
 
 /* Makes level 0, or the next level of a part; the caller destroys the part's arena, also of one that failed.
- * At a cage of polygons with limit points `shown` is NULL: they are those of the next level. */
+ * Of a cage of polygons at the limit the part's `shown` is NULL: the points are those of the next level. */
 tw_status tw_error_begin(tw_measuring *m, tw_error_part *p);
 tw_status tw_error_refine(const tw_measuring *m, const tw_error_part *p, tw_error_part *child);
 
