@@ -216,12 +216,13 @@ bool tw_cage_is_convex(const tw_topology *cage, const double *points) {
 }
 
 /* Marks the vertices of faces that may be concave, and those around which the surface is folded: a face looks
- * the other way than all of them together. sums: [vertices][3] zeroed. */
-static void mark_folds(const tw_topology *base, const double *points, double *sums, uint8_t *marks) {
-  double normal[3];
+ * the other way than all of them together. normals: [faces][3] scratch, sums: [vertices][3] zeroed. */
+static void mark_folds(const tw_topology *base, const double *points, double *normals, double *sums,
+                       uint8_t *marks) {
   for (uint32_t f = 0; f < base->face_count; f++) {
     const uint32_t *corners = base->corner_vertex + tw_face_begin(base, f);
     uint32_t size = tw_face_size(base, f);
+    double *normal = normals + 3 * (size_t)f;
     normal_of(corners, size, points, normal);
     bool marked = size > 3 && !is_surely_convex(corners, size, points, normal);
     for (uint32_t k = 0; k < size; k++) {
@@ -232,22 +233,22 @@ static void mark_folds(const tw_topology *base, const double *points, double *su
   }
   for (uint32_t f = 0; f < base->face_count; f++) {
     const uint32_t *corners = base->corner_vertex + tw_face_begin(base, f);
-    uint32_t size = tw_face_size(base, f);
-    normal_of(corners, size, points, normal);
-    for (uint32_t k = 0; k < size; k++)
-      if (tw_dot3(normal, sums + 3 * (size_t)corners[k]) <= 0) marks[corners[k]] = 1;
+    for (uint32_t k = 0; k < tw_face_size(base, f); k++)
+      if (tw_dot3(normals + 3 * (size_t)f, sums + 3 * (size_t)corners[k]) <= 0) marks[corners[k]] = 1;
   }
 }
 
 /* Finds the faces that have a marked vertex. TW_NO_MEMORY. */
 static tw_status find_near(const tw_topology *base, const double *points, uint8_t *is_near) {
+  double *normals = tw_alloc(base->face_count, 3 * sizeof *normals);
   double *sums = tw_alloc_zero(base->vertex_count, 3 * sizeof *sums);
   uint8_t *marks = tw_alloc_zero(base->vertex_count, 1);
-  bool has_memory = sums && marks;
-  if (has_memory) mark_folds(base, points, sums, marks);
+  bool has_memory = normals && sums && marks;
+  if (has_memory) mark_folds(base, points, normals, sums, marks);
   for (uint32_t f = 0; has_memory && f < base->face_count; f++)
     for (uint32_t k = 0; k < tw_face_size(base, f); k++)
       is_near[f] |= marks[base->corner_vertex[tw_face_begin(base, f) + k]];
+  tw_free(normals);
   tw_free(sums);
   tw_free(marks);
   return has_memory ? TW_OK : TW_NO_MEMORY;

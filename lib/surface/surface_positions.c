@@ -33,32 +33,39 @@ static tw_status make_level(const tw_surface *s, uint32_t level, const tw_parall
   return status;
 }
 
-tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw_parallel_for *parallel) {
-  tw_surface *s = surface;
+/* Computes the positions of one part. Only a part whose faces are read needs to know how they are cut. */
+static tw_status place(tw_surface *s, const float *positions, bool faces_are_read,
+                       const tw_parallel_for *parallel) {
   s->positions.width = 3;
   double *at = tw_alloc(s->cage_vertex_count, 3 * sizeof *at);
   if (at) tw_cage_gather(positions, s->point_of, s->cage_vertex_count, at);
   tw_status status = at ? add_details(s, 0, parallel, at) : TW_NO_MEMORY;
-  bool is_convex = status != TW_OK || s->options.level == 0 || tw_cage_is_convex(&s->steps[0].topology, at);
+  /* Of a rim all faces are looked at. */
+  bool may_be_concave = status == TW_OK && faces_are_read && s->options.level > 0 && !s->inner_faces &&
+                        !tw_cage_is_convex(&s->steps[0].topology, at);
   if (status == TW_OK && s->options.level == 0) {
     s->positions.cage = tw_surface_round_positions(at, s->cage_vertex_count);
     if (!s->positions.cage) status = TW_NO_MEMORY;
   }
   for (uint32_t level = 1; level <= s->step_count && status == TW_OK; level++)
     status = make_level(s, level, parallel, &at);
-  /* Of a rim all faces are looked at. */
-  if (status == TW_OK && !is_convex && !s->inner_faces) status = tw_surface_find_concave(s, at);
+  if (status == TW_OK && may_be_concave) status = tw_surface_find_concave(s, at);
   if (status == TW_OK) status = s->evaluator->place(s, &at, parallel);
   tw_free(at);
-  if (status == TW_OK && s->options.level == 0) status = tw_surface_cut_faces(s, parallel);
-  return status == TW_OK && s->rim ? tw_surface_place(s->rim, positions, parallel) : status;
+  if (status == TW_OK && faces_are_read && s->options.level == 0) status = tw_surface_cut_faces(s, parallel);
+  return status;
+}
+
+tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw_parallel_for *parallel) {
+  tw_status status = place(surface, positions, true, parallel);
+  return status == TW_OK && surface->rim ? tw_surface_place(surface->rim, positions, parallel) : status;
 }
 
 /* ---- other positions ------------------------------------------------------------------------- */
 
 /* Makes one part of a surface with other positions. */
-static tw_status move(const tw_surface *plan, const float *positions, const tw_parallel_for *parallel,
-                      tw_surface **out) {
+static tw_status move(const tw_surface *plan, const float *positions, bool faces_are_read,
+                      const tw_parallel_for *parallel, tw_surface **out) {
   tw_surface *s = tw_alloc(1, sizeof *s);
   if (!s) return TW_NO_MEMORY;
   *s = *plan;
@@ -71,7 +78,7 @@ static tw_status move(const tw_surface *plan, const float *positions, const tw_p
   s->cut_triangle_count = 0;
   s->near_concave = NULL;
   tw_status status = tw_surface_start_bounds(s);
-  if (status == TW_OK) status = tw_surface_place(s, positions, parallel);
+  if (status == TW_OK) status = place(s, positions, faces_are_read, parallel);
   if (status == TW_OK)
     *out = s;
   else
@@ -83,8 +90,8 @@ tw_status tw_surface_with_positions_by(const tw_surface *plan, const float *posi
                                        const tw_parallel_for *parallel, tw_surface **out) {
   assert(plan->options.movable);
   tw_surface *s = NULL;
-  tw_status status = move(plan, positions, parallel, &s);
-  if (status == TW_OK && plan->rim) status = move(plan->rim, positions, parallel, &s->rim);
+  tw_status status = move(plan, positions, true, parallel, &s);
+  if (status == TW_OK && plan->rim) status = move(plan->rim, positions, true, parallel, &s->rim);
   if (status == TW_OK)
     *out = s;
   else
@@ -102,7 +109,7 @@ tw_status tw_surface_morph(tw_surface *surface, const tw_mesh *mesh, const tw_pa
       float moved = mesh->positions[i] + mesh->morphs[m][i];
       positions[i] = fmaxf(-TW_COORDINATE_MAX, fminf(moved, TW_COORDINATE_MAX));
     }
-    status = move(surface, positions, parallel, &surface->morphed[m]);
+    status = move(surface, positions, false, parallel, &surface->morphed[m]);
     if (status != TW_OK) break;
     tw_surface_bare_rows(surface->morphed[m], true);
     status = tw_parallel_for_status(parallel);
