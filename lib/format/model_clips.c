@@ -54,7 +54,9 @@ static tw_status count_turns(const tw_track_keys *track, uint32_t *count, bool *
   return TW_OK;
 }
 
-/* Warns of tracks with steps of 180 degrees or more: they load, but may not move as meant. */
+/* Warns of tracks with steps that may not turn as meant: half turns of quaternions, whose way is arbitrary, and
+ * steps of recorded angles that go the long way, as where a recorder wraps at 180 degrees. Angles that
+ * somebody wrote turn as far as they say. */
 static tw_status warn_of_turns(tw_model *model, uint32_t index, tw_error *error) {
   char clip_name[24], node_name[24];
   const tw_clip_keys *clip = &model->clips[index];
@@ -65,7 +67,7 @@ static tw_status warn_of_turns(tw_model *model, uint32_t index, tw_error *error)
     if (track->path != TW_ROTATION || !joins) continue;
     tw_status status = count_turns(track, &count, &says_angles, error);
     if (status != TW_OK) return status;
-    if (count == 0) continue;
+    if (count == 0 || (says_angles && model->format != TW_FORMAT_BVH)) continue;
     tw_model_warn_of_clip(
         model, index, "%u %s of %s: clip \"%s\", node \"%s\"", count, tw_plural(count, "step", "steps"),
         says_angles ? "180 degrees or more, which quaternions would turn another way"

@@ -43,6 +43,7 @@ own() { { cat "$1"; echo "# $BATS_TEST_NAME"; } >own.obj; }
   holds '.nodes[] | select(.name == "barrel") | .parent == "turret"'
   holds '[.clips[] | {name, duration}] ==
          [{"name": "drive", "duration": 4}, {"name": "aim", "duration": 4}]'
+  holds '.warnings == []'
 }
 
 @test "STL and PLY come in by their type, as text and by their bytes alone" {
