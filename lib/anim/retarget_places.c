@@ -4,8 +4,7 @@
 #include "retarget_carrying.h"
 #include "vector3.h"
 
-/* place = the transform of a place. */
-static void move_place(const tw_trs *trs, double place[3]) {
+void tw_move_place(const tw_trs *trs, double place[3]) {
   double q[4];
   quat_widen(trs->rotation, q);
   tw_normalize(q, 4);
@@ -32,7 +31,7 @@ static void source_place(const tw_carrying *c, uint32_t node, float time, double
       move_by_matrix(nodes[node].matrix, out);
     } else {
       tw_trs trs = tw_carrying_source_at(c, node, time);
-      move_place(&trs, out);
+      tw_move_place(&trs, out);
     }
   }
 }
@@ -185,7 +184,7 @@ static void place_of_translation(const tw_carrying *c, const place *place, const
     if (nodes[node].has_matrix)
       move_by_matrix(nodes[node].matrix, out);
     else
-      move_place(&nodes[node].rest, out);
+      tw_move_place(&nodes[node].rest, out);
   }
   quat_conjugate(fit->turned, back);
   tw_rotation_turn(back, out, out);
