@@ -43,8 +43,8 @@ function legTo(y, z) {
   return [hip, knee];
 }
 
-/** Somebody with CMU's names walks along z; legs bend in their planes. */
-function walker() {
+/** Somebody with CMU's names walks along z, with hips so far below where they rest; legs bend in their planes. */
+function walker(below = 0.05) {
   const leg = (side, x) => [
     { name: `${side}UpLeg`, parent: 'Hips', translation: [x, 0, 0] },
     { name: `${side}Leg`, parent: `${side}UpLeg`, translation: [0, -THIGH, 0] },
@@ -52,7 +52,7 @@ function walker() {
     { name: `${side}ToeBase`, parent: `${side}Foot`, translation: [0, -0.06, 0.12] },
   ];
   const times = Array.from({ length: FRAMES + 1 }, (_, frame) => Math.fround(frame / 60));
-  const hips = times.map((t) => [0, HIPS - 0.05 + 0.015 * Math.sin((4 * Math.PI * t) / CYCLE), SPEED * t].map(Math.fround));
+  const hips = times.map((t) => [0, HIPS - below + 0.015 * Math.sin((4 * Math.PI * t) / CYCLE), SPEED * t].map(Math.fround));
   const tracks = [{ node: 'Hips', path: 'translation', times, values: hips }];
   for (const [side, shift] of [['Left', 0], ['Right', 0.5]]) {
     const turns = times.map((t, i) => {
@@ -136,6 +136,45 @@ for (const [what, options] of Object.entries(FIGURES))
     assert.ok(most.foot < 5e-4 && most.turn < 3e-3 && most.aside < 5e-4, JSON.stringify(most));
     assert.ok(told.raised < 2e-4 && told.lowered < 0.05 && told.acceleration < 2, JSON.stringify(told));
   });
+
+for (const [what, options] of Object.entries(FIGURES))
+  test(`knees turn hardly faster than the clip's own: ${what}`, async (t) => {
+    const FPS = 240;
+    const NEAR = FPS / 20; // the clip's own speed is looked for so many frames around
+    const model = await daemon.upload(biped(options));
+    for (const below of [0.05, 0.07, 0.1]) {
+      const lender = await daemon.upload(JSON.stringify(walker(below)));
+      const clip = `clip=${lender.split('/').pop()}/walk&retarget=auto`;
+      const [free, held] = await Promise.all(['', '&feet=hold'].map((more) => json(`${model}/pose.json?${clip}${more}&from=0&to=${SECONDS}&fps=${FPS}`)));
+      const speeds = ({ nodes, poses }, side) => {
+        const node = nodes.indexOf(NAMES[options.names][`${side}LowerLeg`]);
+        const turns = poses.map(({ rotation }) => new Quaternion(...rotation[node]));
+        return turns.slice(1).map((turn, i) => FPS * turn.angleTo(turns[i]));
+      };
+      const excess = Math.max(
+        ...['left', 'right'].flatMap((side) => {
+          const own = speeds(free, side);
+          return speeds(held, side).map((speed, i) => speed - Math.max(...own.slice(Math.max(0, i - NEAR), i + NEAR + 1)));
+        }),
+      );
+      t.diagnostic(`hips ${below} m down: ${excess} radians a second faster`);
+      assert.ok(excess < 5, `hips ${below} m down: ${excess} radians a second faster`);
+      assert.ok(slideOf(await json(`${model}/tracks?${clip}&feet=hold`)) < 0.01 * HEIGHT * (options.scale ?? 1));
+    }
+  });
+
+test('knees of feet that stand without being held stay as straight as they are', async () => {
+  const own = walker();
+  const model = await daemon.upload(JSON.stringify({ nodes: [...own.nodes, { name: 'Tail', parent: 'Hips', translation: [0, 0, -0.2] }] }));
+  const lender = await daemon.upload(JSON.stringify(own));
+  const query = `clip=${lender.split('/').pop()}/walk&retarget=auto&from=0&to=${SECONDS}&fps=30`;
+  const [free, held] = await Promise.all(['', '&feet=hold'].map((more) => json(`${model}/pose.json?${query}${more}`)));
+  for (const side of ['Left', 'Right']) {
+    const knee = free.nodes.indexOf(`${side}Leg`);
+    const turned = free.poses.map(({ rotation }, i) => new Quaternion(...rotation[knee]).angleTo(new Quaternion(...held.poses[i].rotation[knee])));
+    assert.ok(Math.max(...turned) < 5e-3, `${Math.max(...turned)}`);
+  }
+});
 
 test('files, streams and BVH have held feet too, and three plays them', async () => {
   const [lender, model] = [await daemon.upload(JSON.stringify(walker())), await daemon.upload(biped(FIGURES['with Mixamo names']))];
