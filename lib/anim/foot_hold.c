@@ -508,8 +508,8 @@ static tw_status hold(const tw_retarget_job *job, const tw_bone_match *match, do
 }
 
 /* Finds the legs, and when the source's feet touch the ground. held: the feet that do. */
-static tw_status find_contacts(const tw_retarget_job *job, const tw_bone_match *match, tw_arena *scratch,
-                               holding *h, uint32_t *held, tw_error *error) {
+static tw_status find_contacts(const tw_retarget_job *job, const tw_bone_match *match, const double up[3],
+                               tw_arena *scratch, holding *h, uint32_t *held, tw_error *error) {
   const tw_skeleton *source = &job->source;
   uint32_t feet[SIDES];
   for (uint32_t side = 0; side < SIDES; side++) {
@@ -525,7 +525,8 @@ static tw_status find_contacts(const tw_retarget_job *job, const tw_bone_match *
                                      .order = source->order,
                                      .node_count = source->node_count,
                                      .foot_count = h->leg_count,
-                                     .feet = feet};
+                                     .feet = feet,
+                                     .up = up};
   tw_status status = tw_clip_inspect(&inspection, scratch, &report, error);
   for (uint32_t l = 0; l < h->leg_count && status == TW_OK; l++) {
     leg *leg = &h->legs[l];
@@ -535,13 +536,13 @@ static tw_status find_contacts(const tw_retarget_job *job, const tw_bone_match *
   return status;
 }
 
-tw_status tw_feet_hold(const tw_retarget_job *job, const tw_bone_match *match, double size, tw_arena *arena,
-                       tw_clip_keys *keys, uint32_t *held, tw_error *error) {
+tw_status tw_feet_hold(const tw_retarget_job *job, const tw_bone_match *match, const double up[3],
+                       double size, tw_arena *arena, tw_clip_keys *keys, uint32_t *held, tw_error *error) {
   tw_arena *scratch = tw_arena_create();
   if (!scratch) return tw_fail(error, TW_NO_MEMORY, "no memory to hold feet");
   holding h = {0};
   tw_clip *clip = NULL;
-  tw_status status = find_contacts(job, match, scratch, &h, held, error);
+  tw_status status = find_contacts(job, match, up, scratch, &h, held, error);
   if (status == TW_OK && *held > 0) status = tw_clip_create(keys, job->target.node_count, -1, &clip, error);
   h.clip = clip;
   if (status == TW_OK && clip) status = hold(job, match, size, &h, arena, scratch, keys, error);

@@ -236,7 +236,8 @@ static tw_status carry(tw_carrying *c, tw_retargeted *out, tw_error *error) {
   out->scale = c->fit.scale;
   out->lost_count = c->lost_count;
   if (status != TW_OK || !c->job->holds_feet) return status;
-  return tw_feet_hold(c->job, &c->match, c->fit.size, c->arena, &out->keys, &out->held_count, error);
+  return tw_feet_hold(c->job, &c->match, c->fit.up, c->fit.size, c->arena, &out->keys, &out->held_count,
+                      error);
 }
 
 tw_status tw_retarget_run(const tw_retarget_job *job, tw_arena *arena, tw_retargeted *out, tw_error *error) {

@@ -24,15 +24,16 @@ const [HIPS, THIGH, SHIN] = [0.93, 0.44, 0.45];
 
 const about = (angle) => [Math.sin(angle / 2), 0, 0, Math.cos(angle / 2)].map(Math.fround);
 
-/** Where a foot is: it stands for a part of each cycle, then swings ahead. Height, and place along z. */
-function footAt(seconds, shift) {
+/** Where a foot is: it stands for a part of each cycle, drifting so fast, then swings ahead. Height, and place along z. */
+function footAt(seconds, shift, drift) {
   const phase = seconds / CYCLE + shift;
   const [round, part] = [Math.floor(phase), phase - Math.floor(phase)];
   const stride = SPEED * CYCLE;
   const stand = (round - shift + STANDS / 2) * stride;
-  if (part < STANDS) return [0.09, stand];
+  if (part < STANDS) return [0.09, stand + drift * part * CYCLE];
   const swing = (part - STANDS) / (1 - STANDS);
-  return [0.09 + 0.12 * Math.sin(Math.PI * swing) ** 2, stand + stride * swing * swing * (3 - 2 * swing)];
+  const drifted = drift * STANDS * CYCLE;
+  return [0.09 + 0.12 * Math.sin(Math.PI * swing) ** 2, stand + drifted + (stride - drifted) * swing * swing * (3 - 2 * swing)];
 }
 
 /** Turns about x of thigh and shin that bring the ankle from the hip to y, z. */
@@ -44,7 +45,7 @@ function legTo(y, z) {
 }
 
 /** Somebody with CMU's names walks along z, with hips so far below where they rest; legs bend in their planes. */
-function walker(below = 0.05) {
+function walker(below = 0.05, drift = 0) {
   const leg = (side, x) => [
     { name: `${side}UpLeg`, parent: 'Hips', translation: [x, 0, 0] },
     { name: `${side}Leg`, parent: `${side}UpLeg`, translation: [0, -THIGH, 0] },
@@ -56,7 +57,7 @@ function walker(below = 0.05) {
   const tracks = [{ node: 'Hips', path: 'translation', times, values: hips }];
   for (const [side, shift] of [['Left', 0], ['Right', 0.5]]) {
     const turns = times.map((t, i) => {
-      const [y, z] = footAt(t, shift);
+      const [y, z] = footAt(t, shift, drift);
       return legTo(y - hips[i][1], z - hips[i][2]);
     });
     tracks.push(
@@ -174,6 +175,29 @@ test('knees of feet that stand without being held stay as straight as they are',
     const turned = free.poses.map(({ rotation }, i) => new Quaternion(...rotation[knee]).angleTo(new Quaternion(...held.poses[i].rotation[knee])));
     assert.ok(Math.max(...turned) < 5e-3, `${Math.max(...turned)}`);
   }
+});
+
+/** The same motion in a world whose z is up, as some motion capture has it. */
+function lying({ nodes, clips }) {
+  const place = ([x, y, z]) => [z, x, y];
+  const turn = ([x, y, z, w]) => [z, x, y, w];
+  const track = ({ values, quaternions, ...others }) => ({ ...others, ...(values && { values: values.map(place) }), ...(quaternions && { quaternions: quaternions.map(turn) }) });
+  return {
+    nodes: nodes.map((node) => ({ ...node, translation: place(node.translation) })),
+    clips: clips.map(({ name, tracks }) => ({ name, tracks: tracks.map(track) })),
+  };
+}
+
+test('feet of a figure whose world has z up are held as those of one with y up', async () => {
+  const walk = walker(0.1, 0.15);
+  const model = await daemon.upload(biped(FIGURES['with Mixamo names']));
+  const reports = [];
+  for (const lent of [walk, lying(walk)]) {
+    const clip = `clip=${(await daemon.upload(JSON.stringify(lent))).split('/').pop()}/walk&retarget=auto`;
+    reports.push(...(await Promise.all(['&feet=hold', ''].map((more) => json(`${model}/tracks?${clip}${more}`)))).map(slideOf));
+  }
+  const [upright, slid, held] = reports;
+  assert.ok(upright < slid / 10 && Math.abs(held - upright) < 0.1 * upright, `${reports}`);
 });
 
 test('files, streams and BVH have held feet too, and three plays them', async () => {
