@@ -102,6 +102,9 @@ tw_status tw_tracks_take(tw_carrying *c, tw_error *error);
 /* The local transform of a node of the source at a time. */
 tw_trs tw_carrying_source_at(const tw_carrying *c, uint32_t node, float time);
 
+/* place = the transform of a place. */
+void tw_move_place(const tw_trs *trs, double place[3]);
+
 /* Whether a track moves a node of the source. */
 bool tw_carrying_moves(const tw_carrying *c, uint32_t node);
 
@@ -120,12 +123,12 @@ tw_status tw_turns_make(tw_carrying *c, tw_error *error);
 void tw_turn_evaluate(const tw_bone_turn *turn, const float (*joints)[4], const double lead[4],
                       double out[4]);
 
-/* Evaluates at one time. room: [steps][4]. */
-void tw_turn_at(const tw_carrying *c, const tw_bone_turn *turn, float time, float (*room)[4], double out[4]);
-
-/* The same before the spine is swung. time: NULL: as the source rests. */
+/* Evaluates at one time, before the spine is swung. time: NULL: as the source rests. room: [steps][4]. */
 void tw_turn_unswung(const tw_carrying *c, const tw_bone_turn *turn, const float *time, float (*room)[4],
                      double out[4]);
+
+/* TW_LIMIT where all turns together depend on too many tracks. */
+tw_status tw_turns_measure(const tw_carrying *c, tw_error *error);
 
 /* Lists the tracks that a turn depends on, some more than once. tracks: NULL: only counts them. */
 uint32_t tw_turn_tracks(const tw_carrying *c, const tw_bone_turn *turn, uint32_t *tracks);
@@ -135,8 +138,8 @@ uint32_t tw_turn_tracks(const tw_carrying *c, const tw_bone_turn *turn, uint32_t
 /* Makes the swing of the spine, where spines differ, of all turns that it takes. */
 tw_status tw_spine_make(tw_carrying *c, tw_error *error);
 
-/* Swings a turn that has part in it. */
-void tw_spine_swing_at(const tw_carrying *c, const tw_bone_turn *turn, float time, double q[4]);
+/* Evaluates a turn at one time. room: [steps][4]. */
+void tw_turn_at(const tw_carrying *c, const tw_bone_turn *turn, float time, float (*room)[4], double out[4]);
 
 /* ---- keys of the result: retarget_samples.c -------------------------------------------------- */
 
@@ -152,9 +155,6 @@ tw_status tw_keys_carry(tw_carrying *c, const tw_track_keys *track, uint32_t nod
                         const void *context, tw_error *error);
 
 /* ---- places: retarget_places.c --------------------------------------------------------------- */
-
-/* place = the transform of a place. */
-void tw_move_place(const tw_trs *trs, double place[3]);
 
 /* Carries the translation of hips, and of matched nodes above them, over by their places in the world. */
 tw_status tw_places_carry(tw_carrying *c, tw_error *error);

@@ -224,6 +224,7 @@ static tw_status carry(tw_carrying *c, tw_retargeted *out, tw_error *error) {
   tw_status status = tw_retarget_fit(c->job, &c->match, c->scratch, &c->fit, error);
   if (status == TW_OK) status = tw_tracks_take(c, error);
   if (status == TW_OK) status = tw_turns_make(c, error);
+  if (status == TW_OK) status = tw_spine_make(c, error);
   if (status != TW_OK) return status;
   c->out = tw_arena_alloc_raw(c->arena, c->job->target.node_count, 3 * sizeof *c->out);
   if (!c->out) return tw_carrying_no_memory(error);

@@ -4,15 +4,6 @@
 #include "retarget_carrying.h"
 #include "vector3.h"
 
-void tw_move_place(const tw_trs *trs, double place[3]) {
-  double q[4];
-  quat_widen(trs->rotation, q);
-  tw_normalize(q, 4);
-  for (int i = 0; i < 3; i++) place[i] *= (double)trs->scale[i];
-  tw_rotation_turn(q, place, place);
-  for (int i = 0; i < 3; i++) place[i] += (double)trs->translation[i];
-}
-
 /* A node's own matrix, which may shear, on a place. */
 static void move_by_matrix(const float m[16], double place[3]) {
   const double was[3] = {place[0], place[1], place[2]};

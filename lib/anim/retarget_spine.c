@@ -177,7 +177,7 @@ static void swing_of_top(const tw_carrying *c, const tw_spine_swing *swing, floa
   if (tw_unit3(axis) > 0) tw_quat_axis_angle(axis, angle, out);
 }
 
-void tw_spine_swing_at(const tw_carrying *c, const tw_bone_turn *turn, float time, double q[4]) {
+static void swing_at(const tw_carrying *c, const tw_bone_turn *turn, float time, double q[4]) {
   const tw_spine_swing *swing = turn->spine;
   double frame[4] = {0, 0, 0, 1}, own[4], back[4], swung[4];
   for (uint32_t i = 0; i < turn->spine_depth; i++) { /* the frame of the spine's node, from the hips' */
@@ -192,6 +192,11 @@ void tw_spine_swing_at(const tw_carrying *c, const tw_bone_turn *turn, float tim
   quat_multiply(back, frame, back);
   quat_multiply(back, q, q);
   tw_normalize(q, 4);
+}
+
+void tw_turn_at(const tw_carrying *c, const tw_bone_turn *turn, float time, float (*room)[4], double out[4]) {
+  tw_turn_unswung(c, turn, &time, room, out);
+  if (turn->spine) swing_at(c, turn, time, out);
 }
 
 /* ---- making it ------------------------------------------------------------------------------- */
@@ -266,5 +271,5 @@ tw_status tw_spine_make(tw_carrying *c, tw_error *error) {
   for (uint32_t i = 0; i < fit->bone_count; i++)
     if (is_one_of(&spine, fit->bones[i].above) && !is_one_of(&spine, i))
       take_part(c, swing, fit->bones[i].target, false);
-  return TW_OK;
+  return tw_turns_measure(c, error);
 }

@@ -209,12 +209,13 @@ static bool make_shares(tw_carrying *c, const tw_fitted_bone *bone, const tw_bon
   return true;
 }
 
+enum { STEPS_MOST = 1 << 20 };
+
 static tw_status branch_too_differently(tw_error *error) {
   return tw_fail(error, TW_LIMIT, "the skeletons branch too differently to carry a clip over");
 }
 
 tw_status tw_turns_make(tw_carrying *c, tw_error *error) {
-  enum { STEPS_MOST = 1 << 20 };
   uint64_t steps = 0;
   c->turns = tw_arena_alloc(c->scratch, c->job->target.node_count, sizeof *c->turns);
   c->depths[0] = find_depths(c, &c->job->source);
@@ -233,13 +234,7 @@ tw_status tw_turns_make(tw_carrying *c, tw_error *error) {
     steps += tw_turn_tracks(c, turn, NULL);
     if (steps > STEPS_MOST) return branch_too_differently(error);
   }
-  tw_status status = tw_spine_make(c, error);
-  for (uint32_t i = 0; i < c->fit.bone_count && status == TW_OK; i++) {
-    const tw_bone_turn *turn = c->turns[c->fit.bones[i].target];
-    if (turn->spine) steps += tw_turn_tracks(c, turn, NULL);
-    if (steps > STEPS_MOST) return branch_too_differently(error);
-  }
-  return status;
+  return TW_OK;
 }
 
 /* ---- evaluating a turn ----------------------------------------------------------------------- */
@@ -317,11 +312,6 @@ void tw_turn_unswung(const tw_carrying *c, const tw_bone_turn *turn, const float
   quat_multiply(out, swing, out);
 }
 
-void tw_turn_at(const tw_carrying *c, const tw_bone_turn *turn, float time, float (*room)[4], double out[4]) {
-  tw_turn_unswung(c, turn, &time, room, out);
-  if (turn->spine) tw_spine_swing_at(c, turn, time, out);
-}
-
 /* ---- what turns depend on -------------------------------------------------------------------- */
 
 /* Lists behind the first `count` tracks, if there is a list, and returns how many there are then. */
@@ -356,4 +346,11 @@ uint32_t tw_turn_tracks(const tw_carrying *c, const tw_bone_turn *turn, uint32_t
   for (uint32_t i = 0; i < spine->target_count; i++)
     if (c->turns[spine->target[i]]) count = add_unswung(c, c->turns[spine->target[i]], tracks, count);
   return count;
+}
+
+tw_status tw_turns_measure(const tw_carrying *c, tw_error *error) {
+  uint64_t steps = 0;
+  for (uint32_t i = 0; i < c->fit.bone_count && steps <= STEPS_MOST; i++)
+    steps += tw_turn_tracks(c, c->turns[c->fit.bones[i].target], NULL);
+  return steps <= STEPS_MOST ? TW_OK : branch_too_differently(error);
 }
