@@ -11,6 +11,7 @@
 #include "order.h"
 #include "retarget_match.h"
 #include "tweend/root_motion.h"
+#include "vector3.h"
 #include "way.h"
 
 static const double FRAMES_A_SECOND = 60;
@@ -30,6 +31,7 @@ typedef struct inspection {
   const uint32_t *order, *feet;
   uint32_t node_count, foot_count, frame_count;
   double start, duration;
+  const double *up;  /* [3] */
   tw_trs *locals;    /* [node_count] of one frame */
   float *world;      /* [node_count][16] of one frame */
   bool *moves;       /* [node_count] */
@@ -265,14 +267,20 @@ static tw_status find_feet(inspection *in) {
   return TW_OK;
 }
 
+static double along_up(const inspection *in, const float place[3]) {
+  const double at[3] = {(double)place[0], (double)place[1], (double)place[2]};
+  return tw_dot3(at, in->up);
+}
+
 /* How high the nodes reach at rest, from the lowest to the highest. */
 static double find_height(inspection *in) {
   double lowest = INFINITY, highest = -INFINITY;
   for (uint32_t n = 0; n < in->node_count; n++) in->locals[n] = in->nodes[n].rest;
   find_world(in, NULL);
   for (uint32_t n = 0; n < in->node_count; n++) {
-    lowest = fmin(lowest, (double)in->world[16 * (size_t)n + 13]);
-    highest = fmax(highest, (double)in->world[16 * (size_t)n + 13]);
+    double height = along_up(in, in->world + 16 * (size_t)n + 12);
+    lowest = fmin(lowest, height);
+    highest = fmax(highest, height);
   }
   return in->node_count ? highest - lowest : 0;
 }
@@ -312,8 +320,8 @@ static tw_status follow(inspection *in, uint32_t root) {
   return TW_OK;
 }
 
-/* How far a pose is turned about y from the first one, whichever way that one faces. */
-static double yaw_between(const float first[16], const float matrix[16]) {
+/* How far a pose is turned about the axis up from the first one, whichever way that one faces. */
+static double yaw_between(const inspection *in, const float first[16], const float matrix[16]) {
   tw_trs from, to;
   double back[4], q[4], turn[4];
   tw_trs_from_matrix(first, &from);
@@ -322,7 +330,7 @@ static double yaw_between(const float first[16], const float matrix[16]) {
   quat_widen(to.rotation, q);
   for (int i = 0; i < 3; i++) back[i] = -back[i];
   quat_multiply(q, back, turn);
-  return 2 * atan2(turn[1], turn[3]);
+  return 2 * atan2(tw_dot3(turn, in->up), turn[3]);
 }
 
 static void judge_travel(const inspection *in, uint32_t root) {
@@ -332,7 +340,7 @@ static void judge_travel(const inspection *in, uint32_t root) {
   for (uint32_t f = 1; f < in->frame_count; f++) {
     const float *pose = poses + 16 * (size_t)f;
     path += distance_between(pose - 16 + 12, pose + 12);
-    double next = yaw_between(poses, pose);
+    double next = yaw_between(in, poses, pose);
     travel->turn += remainder(next - yaw, 2 * TW_PI);
     yaw = next;
   }
@@ -348,7 +356,7 @@ static const float *place_of(const inspection *in, uint32_t foot, uint32_t frame
 }
 
 static double height_of(const inspection *in, uint32_t foot, uint32_t frame) {
-  return (double)place_of(in, foot, frame)[1];
+  return along_up(in, place_of(in, foot, frame));
 }
 
 static bool is_slow(const inspection *in, uint32_t foot, uint32_t frame) {
@@ -415,8 +423,11 @@ static double slide_of(const inspection *in, uint32_t foot, uint32_t from, uint3
   const float *first = place_of(in, foot, from);
   double slide = 0;
   for (uint32_t f = from; f < end; f++) {
-    const float *place = place_of(in, foot, f);
-    slide = fmax(slide, hypot((double)place[0] - (double)first[0], (double)place[2] - (double)first[2]));
+    double way[3];
+    tw_side3(first, place_of(in, foot, f), way);
+    double rise = tw_dot3(way, in->up);
+    for (int i = 0; i < 3; i++) way[i] -= rise * in->up[i];
+    slide = fmax(slide, hypot(hypot(way[0], way[1]), way[2]));
   }
   return slide;
 }
@@ -651,7 +662,9 @@ tw_status tw_clip_inspect(const tw_inspect_job *job, tw_arena *arena, tw_clip_re
   tw_clip *clip;
   tw_status status = tw_clip_create(job->keys, job->node_count, -1, &clip, error);
   if (status != TW_OK) return status;
+  static const double Y[3] = {0, 1, 0};
   inspection in = {.job = job,
+                   .up = job->up ? job->up : Y,
                    .keys = job->keys,
                    .clip = clip,
                    .nodes = job->nodes,

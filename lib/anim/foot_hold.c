@@ -1,5 +1,6 @@
 /* Inverse kinematics of two bones: the knee bends until the foot is as far from the hip as its new place is,
- * then the whole leg swings there. Where a leg would be too short, the hips are lowered first. */
+ * then the whole leg swings there. Where a leg would be too short, or nearly straight, the hips are lowered
+ * first. */
 #include "foot_hold.h"
 
 #include <math.h>
@@ -12,16 +13,18 @@
 enum { UPPER, LOWER, FOOT, JOINTS };
 enum { SIDES = 2 };
 
-static const double BLEND = 0.15;     /* seconds in which a foot comes to its place, and leaves it */
-static const double STRETCH = 0.9995; /* of a leg's length: straighter knees would snap */
-static const double HINGE = 0.05;     /* how much the knee's own axis counts where it is nearly straight */
-static const double LOWERED = 0.1;    /* of a leg's length: the most that hips go down */
+static const double BLEND = 0.15;   /* seconds in which a foot comes to its place, and leaves it */
+static const double STRETCH = 0.99; /* of a leg's length, while its foot is held: straighter knees snap */
+static const double SLIGHT = 0.005; /* of a leg's length: feet that are moved less leave knees as they are */
+static const double HINGE = 0.05;   /* how much the knee's own axis counts where it is nearly straight */
+static const double LOWERED = 0.1;  /* of a leg's length: the most that hips go down */
 
 /* A time in which the foot stands. Places and offsets are x and z. */
 typedef struct touch {
   double from, to, place[2];
   double coming[2], leaving[2]; /* from where the clip has the foot, at `from` and `to` */
   double before, after;         /* seconds of blending */
+  double strength;              /* 0 where the foot is moved by less than SLIGHT, 1 from twice that on */
 } touch;
 
 typedef struct leg {
@@ -77,10 +80,11 @@ static double ease(double t) {
   return t * t * (3 - 2 * t);
 }
 
-/* How far the foot is moved. at: where the clip has it. Returns how much it is held, 0 to 1. */
+/* How far the foot is moved. at: where the clip has it. Returns how much the knee is kept from straightening,
+ * 0 to 1. */
 static double offset_at(const leg *leg, double time, const double at[3], double out[2]) {
   uint32_t next = 0, end = leg->touch_count; /* the first touch that begins later */
-  double held = 0;
+  double kept = 0;
   while (next < end) {
     uint32_t middle = next + (end - next) / 2;
     if (leg->touches[middle].from <= time)
@@ -92,15 +96,16 @@ static double offset_at(const leg *leg, double time, const double at[3], double 
   if (next > 0) {
     const touch *last = &leg->touches[next - 1];
     bool stands = time <= last->to;
-    held = stands ? 1 : last->after > 0 ? 1 - ease((time - last->to) / last->after) : 0;
+    double held = stands ? 1 : last->after > 0 ? 1 - ease((time - last->to) / last->after) : 0;
     for (int i = 0; i < 2; i++) out[i] += held * (stands ? last->place[i] - at[2 * i] : last->leaving[i]);
-    if (stands) return held;
+    kept = held * last->strength;
+    if (stands) return kept;
   }
-  if (next == leg->touch_count) return held;
+  if (next == leg->touch_count) return kept;
   const touch *coming = &leg->touches[next];
   double part = coming->before > 0 ? 1 - ease((coming->from - time) / coming->before) : 0;
   for (int i = 0; i < 2; i++) out[i] += part * coming->coming[i];
-  return fmax(held, part);
+  return kept + part * coming->strength; /* blends do not overlap */
 }
 
 /* ---- lowering the hips ----------------------------------------------------------------------- */
@@ -110,11 +115,19 @@ static double distance(const double a[3], const double b[3]) {
   return tw_length3(way);
 }
 
+/* The longest that a leg may become from hip to foot. now: as the clip has it; kept: as of offset_at. Near a
+ * straight leg the knee turns without bound for the way that the foot goes, so that it stays a little bent
+ * while the foot is held. */
+static double longest(double now, double length, double kept) {
+  double soft = STRETCH * length;
+  return now > soft ? soft + (1 - kept) * (now - soft) : soft;
+}
+
 /* How far the hips have to go down until the leg reaches `goal`, up to LOWERED. */
-static double find_need(const leg_pose *pose, const double goal[3]) {
+static double find_need(const leg_pose *pose, const double goal[3], double kept) {
   const double *hip = pose->joints[UPPER].at, *knee = pose->joints[LOWER].at, *ankle = pose->joints[FOOT].at;
   double length = distance(hip, knee) + distance(knee, ankle);
-  double most = fmax(distance(hip, ankle), STRETCH * length);
+  double most = longest(distance(hip, ankle), length, kept);
   double aside = hypot(goal[0] - hip[0], goal[2] - hip[2]);
   double need = hip[1] - goal[1] - sqrt(fmax(most * most - aside * aside, 0));
   return fmin(fmax(need, 0), LOWERED * length);
@@ -127,10 +140,11 @@ static double need_at(const holding *h, float time) {
     const leg_pose pose = pose_at(h->clip, &h->legs[l], time);
     double goal[3], offset[2];
     memcpy(goal, pose.joints[FOOT].at, sizeof goal);
-    if (offset_at(&h->legs[l], (double)time, goal, offset) == 0) continue;
+    double kept = offset_at(&h->legs[l], (double)time, goal, offset);
+    if (kept == 0 && offset[0] == 0 && offset[1] == 0) continue;
     goal[0] += offset[0];
     goal[2] += offset[1];
-    most = fmax(most, find_need(&pose, goal));
+    most = fmax(most, find_need(&pose, goal, kept));
   }
   return most;
 }
@@ -222,7 +236,7 @@ static bool find_axis(const leg_pose *pose, const leg *leg, const double thigh[3
 }
 
 /* The turns of the upper leg, then of the lower leg, in the world, that bring the foot to `goal`. */
-static void reach(const leg_pose *pose, const leg *leg, const double goal[3], double swing[4],
+static void reach(const leg_pose *pose, const leg *leg, const double goal[3], double kept, double swing[4],
                   double bend[4]) {
   double thigh[3], shin[3], axis[3], foot[3], way[3];
   const double *hip = pose->joints[UPPER].at, *knee = pose->joints[LOWER].at, *ankle = pose->joints[FOOT].at;
@@ -238,7 +252,7 @@ static void reach(const leg_pose *pose, const leg *leg, const double goal[3], do
     for (int i = 0; i < 3; i++) flat[i] = shin[i] - part * axis[i];
     tw_cross3(thigh, flat, across);
     double now = atan2(tw_dot3(across, axis), tw_dot3(thigh, flat));
-    double most = fmax(tw_length3(foot), STRETCH * (a + b)), far = fmin(tw_length3(way), most);
+    double far = fmin(tw_length3(way), longest(tw_length3(foot), a + b, kept));
     double cosine = (a * a + b * b - far * far) / (2 * a * tw_length3(flat));
     tw_quat_axis_angle(axis, acos(fmin(fmax(cosine, -1), 1)) - now, bend);
     tw_rotation_turn(bend, shin, shin);
@@ -256,14 +270,14 @@ static void joint_at(const holding *h, const leg *leg, int joint, float time, fl
   tw_trs local = tw_way_local_at(h->clip, node, time);
   double goal[3], offset[2], swing[4], bend[4], turn[4], inside[4], q[4], result[4];
   memcpy(goal, pose.joints[FOOT].at, sizeof goal);
-  offset_at(leg, (double)time, goal, offset);
+  double kept = offset_at(leg, (double)time, goal, offset);
   memcpy(out, local.rotation, sizeof local.rotation);
   double lowered = lowering_at(h, time);
-  if (offset[0] == 0 && offset[1] == 0 && lowered == 0) return;
+  if (kept == 0 && offset[0] == 0 && offset[1] == 0 && lowered == 0) return;
   for (int i = 0; i < JOINTS; i++) pose.joints[i].at[1] -= lowered;
   goal[0] += offset[0];
   goal[2] += offset[1];
-  reach(&pose, leg, goal, swing, bend);
+  reach(&pose, leg, goal, kept, swing, bend);
   if (joint == UPPER) memcpy(turn, swing, sizeof turn);
   if (joint == LOWER) memcpy(turn, bend, sizeof turn); /* the swing turns its frame as well */
   if (joint == FOOT) {                                 /* stays as it is in the world */
@@ -333,19 +347,21 @@ static void find_hinge(const tw_clip *clip, leg *leg) {
 /* Places the foot in the middle of where the clip has it meanwhile. */
 static void place_touch(const tw_clip *clip, const leg *leg, touch *out) {
   enum { LOOKS = 8 };
-  double sum[2] = {0, 0}, ends[2][2];
+  double sum[2] = {0, 0}, at[LOOKS + 1][2], length = 0, moved = 0;
   for (int i = 0; i <= LOOKS; i++) {
     const leg_pose pose = pose_at(clip, leg, (float)(out->from + (out->to - out->from) * i / LOOKS));
-    for (int k = 0; k < 2; k++) {
-      sum[k] += pose.joints[FOOT].at[2 * k];
-      if (i % LOOKS == 0) ends[i / LOOKS][k] = pose.joints[FOOT].at[2 * k];
-    }
+    length = distance(pose.joints[UPPER].at, pose.joints[LOWER].at) +
+             distance(pose.joints[LOWER].at, pose.joints[FOOT].at);
+    for (int k = 0; k < 2; k++) sum[k] += at[i][k] = pose.joints[FOOT].at[2 * k];
   }
   for (int k = 0; k < 2; k++) {
     out->place[k] = sum[k] / (LOOKS + 1);
-    out->coming[k] = out->place[k] - ends[0][k];
-    out->leaving[k] = out->place[k] - ends[1][k];
+    out->coming[k] = out->place[k] - at[0][k];
+    out->leaving[k] = out->place[k] - at[LOOKS][k];
   }
+  for (int i = 0; i <= LOOKS; i++)
+    moved = fmax(moved, hypot(at[i][0] - out->place[0], at[i][1] - out->place[1]));
+  out->strength = length > 0 ? ease(moved / (SLIGHT * length) - 1) : 0;
 }
 
 /* Takes the contacts of a foot of the source. */
@@ -492,8 +508,8 @@ static tw_status hold(const tw_retarget_job *job, const tw_bone_match *match, do
 }
 
 /* Finds the legs, and when the source's feet touch the ground. held: the feet that do. */
-static tw_status find_contacts(const tw_retarget_job *job, const tw_bone_match *match, tw_arena *scratch,
-                               holding *h, uint32_t *held, tw_error *error) {
+static tw_status find_contacts(const tw_retarget_job *job, const tw_bone_match *match, const double up[3],
+                               tw_arena *scratch, holding *h, uint32_t *held, tw_error *error) {
   const tw_skeleton *source = &job->source;
   uint32_t feet[SIDES];
   for (uint32_t side = 0; side < SIDES; side++) {
@@ -509,7 +525,8 @@ static tw_status find_contacts(const tw_retarget_job *job, const tw_bone_match *
                                      .order = source->order,
                                      .node_count = source->node_count,
                                      .foot_count = h->leg_count,
-                                     .feet = feet};
+                                     .feet = feet,
+                                     .up = up};
   tw_status status = tw_clip_inspect(&inspection, scratch, &report, error);
   for (uint32_t l = 0; l < h->leg_count && status == TW_OK; l++) {
     leg *leg = &h->legs[l];
@@ -519,13 +536,13 @@ static tw_status find_contacts(const tw_retarget_job *job, const tw_bone_match *
   return status;
 }
 
-tw_status tw_feet_hold(const tw_retarget_job *job, const tw_bone_match *match, double size, tw_arena *arena,
-                       tw_clip_keys *keys, uint32_t *held, tw_error *error) {
+tw_status tw_feet_hold(const tw_retarget_job *job, const tw_bone_match *match, const double up[3],
+                       double size, tw_arena *arena, tw_clip_keys *keys, uint32_t *held, tw_error *error) {
   tw_arena *scratch = tw_arena_create();
   if (!scratch) return tw_fail(error, TW_NO_MEMORY, "no memory to hold feet");
   holding h = {0};
   tw_clip *clip = NULL;
-  tw_status status = find_contacts(job, match, scratch, &h, held, error);
+  tw_status status = find_contacts(job, match, up, scratch, &h, held, error);
   if (status == TW_OK && *held > 0) status = tw_clip_create(keys, job->target.node_count, -1, &clip, error);
   h.clip = clip;
   if (status == TW_OK && clip) status = hold(job, match, size, &h, arena, scratch, keys, error);

@@ -60,12 +60,12 @@ static inline float sum_of(four value) {
 typedef struct layer_values {
   uint32_t count;
   const uint8_t *places; /* [count] in the block; NULL: all of it */
-  const float *weights;  /* [count] */
+  const float *weights;  /* [TW_POSE_BLOCK], of which `count` are set */
   const float *values;   /* by place */
   size_t step;           /* floats from one value to the next, and from one mean to the next */
 } layer_values;
 
-static inline uint32_t place_of(const layer_values *layer, uint32_t i) {
+static inline size_t place_of(const layer_values *layer, size_t i) {
   return layer->places ? layer->places[i] : i;
 }
 
@@ -147,7 +147,7 @@ static void blend_rotations(blend *b, const layer_values *layer, const float *re
 static inline void blend_vectors(blend *b, const layer_values *layer, const float *shares, uint32_t width) {
   for (uint32_t i = 0; i < layer->count; i++) {
     if (shares[i] == 0) continue;
-    uint32_t place = place_of(layer, i);
+    size_t place = place_of(layer, i);
     float *mean = b->means + b->step * place;
     const float *value = layer->values + layer->step * place;
     for (uint32_t k = 0; k < width; k++)
@@ -177,27 +177,64 @@ static void blend_layer(blend *b, const layer_values *layer, bool overrides) {
 
 /* ---- adding ---------------------------------------------------------------------------------- */
 
-/* What an additive layer turns rotations by; each w is 0 or more. */
+/* What an additive layer turns rotations by; each w is 0 or more. What is behind the layer's count has no
+ * meaning, so that four are computed at a time. */
 typedef struct turns {
   float x[TW_POSE_BLOCK], y[TW_POSE_BLOCK], z[TW_POSE_BLOCK], w[TW_POSE_BLOCK];
 } turns;
 
-/* Finds the turns, conjugate(from) to, and of each the sign that makes w positive. from: `step` floats apart,
- * to: [count][4] */
-static inline void find_turns(turns *restrict all, const float *restrict from, size_t step,
-                              const float *restrict to, uint32_t count) {
-  for (size_t i = 0; i < count; i++) {
-    const float *a = from + step * i, *b = to + 4 * i;
-    float x = a[3] * b[0] - a[0] * b[3] - a[1] * b[2] + a[2] * b[1];
-    float y = a[3] * b[1] + a[0] * b[2] - a[1] * b[3] - a[2] * b[0];
-    float z = a[3] * b[2] - a[0] * b[1] + a[1] * b[0] - a[2] * b[3];
-    float w = a[3] * b[3] + a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    float sign = w < 0 ? -1.0F : 1.0F;
-    all->x[i] = sign * x;
-    all->y[i] = sign * y;
-    all->z[i] = sign * z;
-    all->w[i] = sign * w;
+/* From four quaternions to their x, y, z and w, and back. */
+static inline void transpose(four rows[4]) {
+  four low = __builtin_shufflevector(rows[0], rows[1], 0, 4, 1, 5),
+       high = __builtin_shufflevector(rows[0], rows[1], 2, 6, 3, 7),
+       next_low = __builtin_shufflevector(rows[2], rows[3], 0, 4, 1, 5),
+       next_high = __builtin_shufflevector(rows[2], rows[3], 2, 6, 3, 7);
+  rows[0] = __builtin_shufflevector(low, next_low, 0, 1, 4, 5);
+  rows[1] = __builtin_shufflevector(low, next_low, 2, 3, 6, 7);
+  rows[2] = __builtin_shufflevector(high, next_high, 0, 1, 4, 5);
+  rows[3] = __builtin_shufflevector(high, next_high, 2, 3, 6, 7);
+}
+
+/* Loads the x, y, z and w of `lanes` rotations by place from `first` on. */
+static inline void load_rotations(const layer_values *layer, const float *rotations, size_t first,
+                                  size_t lanes, four out[4]) {
+  for (size_t k = 0; k < 4; k++) {
+    size_t i = k < lanes ? first + k : first;
+    out[k] = load_four(rotations + layer->step * place_of(layer, i));
   }
+  transpose(out);
+}
+
+/* Finds `lanes` turns from the first on, conjugate(reference) value, and of each the sign that makes w
+ * positive. references: as in add_rotations. */
+static inline void find_four(turns *restrict all, const layer_values *layer, const float *references,
+                             size_t step, size_t first, size_t lanes) {
+  typedef int32_t bits __attribute__((vector_size(16)));
+  four a[4], b[4];
+  for (size_t k = 0; k < 4; k++) a[k] = load_four(references + step * (k < lanes ? first + k : first));
+  transpose(a);
+  load_rotations(layer, layer->values, first, lanes, b);
+  four x = a[3] * b[0] - a[0] * b[3] - a[1] * b[2] + a[2] * b[1];
+  four y = a[3] * b[1] + a[0] * b[2] - a[1] * b[3] - a[2] * b[0];
+  four z = a[3] * b[2] - a[0] * b[1] + a[1] * b[0] - a[2] * b[3];
+  four w = a[3] * b[3] + a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  const bits flips = (w < 0) & INT32_MIN;
+  x = (four)((bits)x ^ flips);
+  y = (four)((bits)y ^ flips);
+  z = (four)((bits)z ^ flips);
+  w = (four)((bits)w ^ flips);
+  memcpy(all->x + first, &x, sizeof x);
+  memcpy(all->y + first, &y, sizeof y);
+  memcpy(all->z + first, &z, sizeof z);
+  memcpy(all->w + first, &w, sizeof w);
+}
+
+static inline void find_turns(turns *restrict all, const layer_values *layer, const float *references,
+                              size_t step) {
+  const layer_values of = *layer; /* may be kept in registers */
+  size_t i = 0;
+  for (; i + 4 <= of.count; i += 4) find_four(all, &of, references, step, i, 4);
+  if (i < of.count) find_four(all, &of, references, step, i, of.count - i);
 }
 
 /* Of any weight: beyond 1 a turn may go round more than once. */
@@ -234,48 +271,42 @@ static void raise_turns(turns *restrict all, const float *restrict weights, uint
   }
 }
 
-/* Multiplies rotations by the turns. Products are as long as the rotations, which rounding leaves a little
- * off 1: one Newton step for the inverse root corrects that. Where the weight is 0, the rotation stays
- * as it is. rotations: [count][4] */
-static void apply_turns(const turns *restrict all, const float *restrict weights, uint32_t count,
-                        float *restrict rotations) {
-  for (size_t i = 0; i < count; i++) {
-    float x = all->x[i], y = all->y[i], z = all->z[i], w = all->w[i], *a = rotations + 4 * i;
-    float q0 = a[3] * x + a[0] * w + a[1] * z - a[2] * y;
-    float q1 = a[3] * y - a[0] * z + a[1] * w + a[2] * x;
-    float q2 = a[3] * z + a[0] * y - a[1] * x + a[2] * w;
-    float q3 = a[3] * w - a[0] * x - a[1] * y - a[2] * z;
-    float excess = (q0 * q0 + q2 * q2) + (q1 * q1 + q3 * q3) - 1;
-    float scale = 1 - (weights[i] == 0 ? 0 : 0.5F) * excess;
-    a[0] = q0 * scale;
-    a[1] = q1 * scale;
-    a[2] = q2 * scale;
-    a[3] = q3 * scale;
-  }
+/* Multiplies `lanes` rotations from the first on by the turns. Products are as long as the rotations, which
+ * rounding leaves a little off 1: one Newton step for the inverse root corrects that. Where the weight is 0,
+ * the rotation stays as it is. */
+static inline void apply_four(const turns *restrict all, const layer_values *layer, float *restrict rotations,
+                              size_t first, size_t lanes) {
+  typedef int32_t bits __attribute__((vector_size(16)));
+  const four halves = {0.5F, 0.5F, 0.5F, 0.5F};
+  four a[4], q[4], x = load_four(all->x + first), y = load_four(all->y + first),
+                   z = load_four(all->z + first), w = load_four(all->w + first);
+  load_rotations(layer, rotations, first, lanes, a);
+  q[0] = a[3] * x + a[0] * w + a[1] * z - a[2] * y;
+  q[1] = a[3] * y - a[0] * z + a[1] * w + a[2] * x;
+  q[2] = a[3] * z + a[0] * y - a[1] * x + a[2] * w;
+  q[3] = a[3] * w - a[0] * x - a[1] * y - a[2] * z;
+  four excess = (q[0] * q[0] + q[2] * q[2]) + (q[1] * q[1] + q[3] * q[3]) - 1;
+  four scale = 1 - (four)((bits)halves & (load_four(layer->weights + first) != 0)) * excess;
+  for (uint32_t k = 0; k < 4; k++) q[k] *= scale;
+  transpose(q);
+  for (size_t k = 0; k < lanes; k++)
+    memcpy(rotations + layer->step * place_of(layer, first + k), &q[k], sizeof q[k]);
 }
 
-/* Copies quaternions by place that lie `step` floats apart. */
-static void gather(const layer_values *layer, const float *values, size_t step, float (*out)[4]) {
-  for (uint32_t i = 0; i < layer->count; i++) memcpy(out[i], values + step * place_of(layer, i), sizeof *out);
+static inline void apply_turns(const turns *restrict all, const layer_values *layer,
+                               float *restrict rotations) {
+  const layer_values of = *layer;
+  size_t i = 0;
+  for (; i + 4 <= of.count; i += 4) apply_four(all, &of, rotations, i, 4);
+  if (i < of.count) apply_four(all, &of, rotations, i, of.count - i);
 }
 
 /* references: [4], `step` floats apart; 0: one for all. */
 static void add_rotations(float *rotations, const layer_values *layer, const float *references, size_t step) {
-  float apart[TW_POSE_BLOCK][4];
   turns all;
-  if (step == 0) { /* times of a track, of which values and rotations follow each other */
-    find_turns(&all, references, 0, layer->values, layer->count);
-    raise_turns(&all, layer->weights, layer->count);
-    apply_turns(&all, layer->weights, layer->count, rotations);
-    return;
-  }
-  gather(layer, layer->values, layer->step, apart);
-  find_turns(&all, references, 4, apart[0], layer->count);
+  find_turns(&all, layer, references, step);
   raise_turns(&all, layer->weights, layer->count);
-  gather(layer, rotations, layer->step, apart);
-  apply_turns(&all, layer->weights, layer->count, apart[0]);
-  for (uint32_t i = 0; i < layer->count; i++)
-    memcpy(rotations + layer->step * place_of(layer, i), apart[i], sizeof *apart);
+  apply_turns(&all, layer, rotations);
 }
 
 /* references: as in add_rotations. */
@@ -283,7 +314,7 @@ static void add_vectors(float *vectors, uint32_t width, const layer_values *laye
                         size_t step) {
   for (uint32_t i = 0; i < layer->count; i++) {
     if (layer->weights[i] == 0) continue;
-    uint32_t place = place_of(layer, i);
+    size_t place = place_of(layer, i);
     float weight = layer->weights[i], *vector = vectors + layer->step * place;
     const float *value = layer->values + layer->step * place, *reference = references + step * i;
     for (uint32_t k = 0; k < width; k++) vector[k] += (value[k] - reference[k]) * weight;

@@ -28,10 +28,27 @@ typedef struct tw_aim {
   double offset[4]; /* C of the bone */
 } tw_aim;
 
+/* A spine that is swung as a whole: retarget_spine.c. Places in the frames of both figures' hips, unless it
+ * says otherwise. */
+typedef struct tw_spine_swing {
+  uint32_t hips, first;                /* nodes of the target: hips, and the spine's first bone */
+  uint32_t *source, source_count;      /* [source_count] nodes from below the hips to the last of the spine */
+  uint32_t *target, target_count;      /* [target_count] */
+  double source_top[3], target_top[3]; /* of the spine, at rest, in the frames of the last nodes */
+  double source_rest[3], target_rest[3]; /* the same places, as the source rests */
+  double joint[3];                       /* of the target's first bone */
+  double turn[4], ratio;                 /* from the source's hips to the target's */
+  float (*room)[4];
+} tw_spine_swing;
+
 /* A rotation of the target as a function of time. */
 typedef struct tw_bone_turn {
-  const tw_aim *own, *above; /* or NULL */
-  double hang[4];            /* K^-1, see retarget_keys.c */
+  const tw_aim *own, *above;   /* or NULL */
+  const tw_spine_swing *spine; /* of the spine's first bone, and of what hangs on the spine; or NULL */
+  bool is_first_of_spine;
+  uint32_t spine_depth; /* how many of the spine's nodes are above */
+  double spine_hang[4]; /* from the last of these, or the hips, to the parent */
+  double hang[4];       /* K^-1, see retarget_keys.c */
   double before[4], after[4];
   tw_turn_path path;
   tw_share share;
@@ -85,6 +102,9 @@ tw_status tw_tracks_take(tw_carrying *c, tw_error *error);
 /* The local transform of a node of the source at a time. */
 tw_trs tw_carrying_source_at(const tw_carrying *c, uint32_t node, float time);
 
+/* place = the transform of a place. */
+void tw_move_place(const tw_trs *trs, double place[3]);
+
 /* Whether a track moves a node of the source. */
 bool tw_carrying_moves(const tw_carrying *c, uint32_t node);
 
@@ -93,6 +113,9 @@ bool tw_carrying_moves(const tw_carrying *c, uint32_t node);
 /* The rotation of a node at rest. */
 void tw_rest_turn(const tw_skeleton *skeleton, uint32_t node, double out[4]);
 
+/* Where a node rests in the frame of one above it; false where that is not above. */
+bool tw_rest_place_in(const tw_skeleton *skeleton, uint32_t above, uint32_t node, double out[3]);
+
 /* Makes the turns of all matched bones, and of those that share them. */
 tw_status tw_turns_make(tw_carrying *c, tw_error *error);
 
@@ -100,7 +123,22 @@ tw_status tw_turns_make(tw_carrying *c, tw_error *error);
 void tw_turn_evaluate(const tw_bone_turn *turn, const float (*joints)[4], const double lead[4],
                       double out[4]);
 
-/* Evaluates at one time. room: [steps][4]. */
+/* Evaluates at one time, before the spine is swung. time: NULL: as the source rests. room: [steps][4]. */
+void tw_turn_unswung(const tw_carrying *c, const tw_bone_turn *turn, const float *time, float (*room)[4],
+                     double out[4]);
+
+/* TW_LIMIT where all turns together depend on too many tracks. */
+tw_status tw_turns_measure(const tw_carrying *c, tw_error *error);
+
+/* Lists the tracks that a turn depends on, some more than once. tracks: NULL: only counts them. */
+uint32_t tw_turn_tracks(const tw_carrying *c, const tw_bone_turn *turn, uint32_t *tracks);
+
+/* ---- spines that bend elsewhere: retarget_spine.c -------------------------------------------- */
+
+/* Makes the swing of the spine, where spines differ, of all turns that it takes. */
+tw_status tw_spine_make(tw_carrying *c, tw_error *error);
+
+/* Evaluates a turn at one time. room: [steps][4]. */
 void tw_turn_at(const tw_carrying *c, const tw_bone_turn *turn, float time, float (*room)[4], double out[4]);
 
 /* ---- keys of the result: retarget_samples.c -------------------------------------------------- */

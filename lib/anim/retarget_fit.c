@@ -439,6 +439,8 @@ tw_status tw_retarget_fit(const tw_retarget_job *job, const tw_bone_match *match
   if (status == TW_OK) status = find_bones(&f, error);
   if (status != TW_OK) return status;
   find_turn(&f, up);
+  bool is_axis = fabs(up[0]) + fabs(up[1]) + fabs(up[2]) == 1;
+  for (int i = 0; i < 3; i++) out->up[i] = is_axis ? up[i] : i == 1;
   find_scale(&f, up);
   find_size(out);
   return align_bones(&f, error);

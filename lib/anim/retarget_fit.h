@@ -35,6 +35,7 @@ typedef struct tw_fit {
   uint32_t *between;
   bool *is_taken_in;     /* [nodes of the source] a bone of the target does what it and others do together */
   double turned[4];      /* B: from the target's world to the source's, where figures face otherwise */
+  double up[3];          /* in the source's world: an axis of it, y where the figure's is none */
   double scale;          /* of distances */
   double size;           /* of the target: from its first bone to the farthest one */
   double hips_offset[3]; /* place of the target's hips = turned^-1 * scale * source place + this */

@@ -50,28 +50,12 @@ static void signal_rotation(const void *context, float time, double *out) {
   tw_turn_at(signal->carrying, signal->turn, time, signal->room, out);
 }
 
-/* The most tracks that an aim depends on, and those tracks. */
-static uint32_t aim_most(const tw_aim *aim) {
-  return aim ? 2 * aim->count : 0;
-}
-
-static uint32_t add_aim_tracks(const tw_carrying *c, const tw_aim *aim, uint32_t *tracks) {
-  uint32_t count = 0;
-  for (uint32_t i = 0; aim && i < aim->count; i++)
-    for (int path = TW_TRANSLATION; path <= TW_ROTATION; path++)
-      if (c->track_of[path][aim->nodes[i]] != TW_NO_INDEX) tracks[count++] = c->track_of[path][aim->nodes[i]];
-  return count;
-}
-
 static tw_status sample_turn(tw_carrying *c, const tw_bone_turn *turn, uint32_t node, tw_error *error) {
-  uint32_t count = turn->path.count;
-  size_t most = (size_t)count + aim_most(turn->own) + aim_most(turn->above);
-  uint32_t *tracks = tw_arena_alloc_raw(c->scratch, most, sizeof *tracks);
-  float(*room)[4] = tw_arena_alloc_raw(c->scratch, count, sizeof *room);
+  uint32_t count = tw_turn_tracks(c, turn, NULL);
+  uint32_t *tracks = tw_arena_alloc_raw(c->scratch, count, sizeof *tracks);
+  float(*room)[4] = tw_arena_alloc_raw(c->scratch, turn->path.count, sizeof *room);
   if (!tracks || !room) return tw_carrying_no_memory(error);
-  for (uint32_t i = 0; i < count; i++) tracks[i] = turn->path.steps[i].track;
-  count += add_aim_tracks(c, turn->own, tracks + count);
-  count += add_aim_tracks(c, turn->above, tracks + count);
+  tw_turn_tracks(c, turn, tracks);
   const turn_signal context = {c, turn, room};
   const tw_signal signal = {.indices = tracks,
                             .track_count = count,
@@ -97,7 +81,7 @@ static tw_status hold_turn(tw_carrying *c, const tw_bone_turn *turn, uint32_t no
 
 /* Whether a turn depends on joints besides those of its path. */
 static bool has_aims(const tw_bone_turn *turn) {
-  return turn->own || turn->above;
+  return turn->own || turn->above || turn->spine;
 }
 
 static tw_status carry_rotations(tw_carrying *c, tw_error *error) {
@@ -240,6 +224,7 @@ static tw_status carry(tw_carrying *c, tw_retargeted *out, tw_error *error) {
   tw_status status = tw_retarget_fit(c->job, &c->match, c->scratch, &c->fit, error);
   if (status == TW_OK) status = tw_tracks_take(c, error);
   if (status == TW_OK) status = tw_turns_make(c, error);
+  if (status == TW_OK) status = tw_spine_make(c, error);
   if (status != TW_OK) return status;
   c->out = tw_arena_alloc_raw(c->arena, c->job->target.node_count, 3 * sizeof *c->out);
   if (!c->out) return tw_carrying_no_memory(error);
@@ -252,7 +237,8 @@ static tw_status carry(tw_carrying *c, tw_retargeted *out, tw_error *error) {
   out->scale = c->fit.scale;
   out->lost_count = c->lost_count;
   if (status != TW_OK || !c->job->holds_feet) return status;
-  return tw_feet_hold(c->job, &c->match, c->fit.size, c->arena, &out->keys, &out->held_count, error);
+  return tw_feet_hold(c->job, &c->match, c->fit.up, c->fit.size, c->arena, &out->keys, &out->held_count,
+                      error);
 }
 
 tw_status tw_retarget_run(const tw_retarget_job *job, tw_arena *arena, tw_retargeted *out, tw_error *error) {

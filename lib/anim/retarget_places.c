@@ -4,16 +4,6 @@
 #include "retarget_carrying.h"
 #include "vector3.h"
 
-/* place = the transform of a place. */
-static void move_place(const tw_trs *trs, double place[3]) {
-  double q[4];
-  quat_widen(trs->rotation, q);
-  tw_normalize(q, 4);
-  for (int i = 0; i < 3; i++) place[i] *= (double)trs->scale[i];
-  tw_rotation_turn(q, place, place);
-  for (int i = 0; i < 3; i++) place[i] += (double)trs->translation[i];
-}
-
 /* A node's own matrix, which may shear, on a place. */
 static void move_by_matrix(const float m[16], double place[3]) {
   const double was[3] = {place[0], place[1], place[2]};
@@ -32,7 +22,7 @@ static void source_place(const tw_carrying *c, uint32_t node, float time, double
       move_by_matrix(nodes[node].matrix, out);
     } else {
       tw_trs trs = tw_carrying_source_at(c, node, time);
-      move_place(&trs, out);
+      tw_move_place(&trs, out);
     }
   }
 }
@@ -185,7 +175,7 @@ static void place_of_translation(const tw_carrying *c, const place *place, const
     if (nodes[node].has_matrix)
       move_by_matrix(nodes[node].matrix, out);
     else
-      move_place(&nodes[node].rest, out);
+      tw_move_place(&nodes[node].rest, out);
   }
   quat_conjugate(fit->turned, back);
   tw_rotation_turn(back, out, out);

@@ -103,3 +103,12 @@ bool tw_carrying_moves(const tw_carrying *c, uint32_t node) {
     if (c->track_of[path][node] != TW_NO_INDEX) return true;
   return false;
 }
+
+void tw_move_place(const tw_trs *trs, double place[3]) {
+  double q[4];
+  quat_widen(trs->rotation, q);
+  tw_normalize(q, 4);
+  for (int i = 0; i < 3; i++) place[i] *= (double)trs->scale[i];
+  tw_rotation_turn(q, place, place);
+  for (int i = 0; i < 3; i++) place[i] += (double)trs->translation[i];
+}

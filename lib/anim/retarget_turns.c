@@ -10,6 +10,15 @@ void tw_rest_turn(const tw_skeleton *skeleton, uint32_t node, double out[4]) {
   tw_normalize(out, 4);
 }
 
+bool tw_rest_place_in(const tw_skeleton *skeleton, uint32_t above, uint32_t node, double out[3]) {
+  memset(out, 0, 3 * sizeof *out);
+  for (; node != above; node = skeleton->nodes[node].parent) {
+    if (node == TW_NO_INDEX) return false;
+    tw_move_place(&skeleton->nodes[node].rest, out);
+  }
+  return true;
+}
+
 /* Adds the turn of a node, or its inverse. */
 static void add_step(const tw_carrying *c, tw_turn_path *path, uint32_t node, bool is_inverse) {
   uint32_t track = c->track_of[TW_ROTATION][node];
@@ -68,7 +77,8 @@ static bool find_path(const tw_carrying *c, uint32_t from, uint32_t to, tw_turn_
 
 /* ---- aims ------------------------------------------------------------------------------------ */
 
-/* The mean place in the source of the next matched joints below a bone. */
+/* The mean rest place in the source of the next matched joints below a bone, in the frame of the last one
+ * that it takes in. */
 typedef struct next_joint {
   double place[3];
   uint32_t count;
@@ -80,8 +90,11 @@ static next_joint *find_next_joints(const tw_carrying *c) {
   next_joint *next = tw_arena_alloc(c->scratch, fit->bone_count, sizeof *next);
   for (uint32_t i = 0; next && i < fit->bone_count; i++) {
     const tw_fitted_bone *bone = &fit->bones[i];
-    if (bone->above == TW_NO_INDEX) continue;
-    for (int k = 0; k < 3; k++) next[bone->above].place[k] += fit->source.place[bone->source][k];
+    double place[3];
+    if (bone->above == TW_NO_INDEX ||
+        !tw_rest_place_in(&c->job->source, fit->bones[bone->above].last, bone->source, place))
+      continue;
+    for (int k = 0; k < 3; k++) next[bone->above].place[k] += place[k];
     next[bone->above].count++;
   }
   for (uint32_t i = 0; next && i < fit->bone_count; i++)
@@ -89,12 +102,28 @@ static next_joint *find_next_joints(const tw_carrying *c) {
   return next;
 }
 
+/* The way from a bone's joint to the next one, in the bone's own frame. time: NULL: as the source rests. */
+static void way_at(const tw_carrying *c, const tw_aim *aim, const float *time, double way[3]) {
+  double all[4] = {0, 0, 0, 1}, q[4];
+  memcpy(way, aim->next, 3 * sizeof *way);
+  for (uint32_t i = aim->count; i-- > 0;) {
+    tw_trs trs = c->job->source.nodes[aim->nodes[i]].rest;
+    if (time) trs = tw_carrying_source_at(c, aim->nodes[i], *time);
+    tw_move_place(&trs, way);
+    quat_widen(trs.rotation, q);
+    tw_normalize(q, 4);
+    quat_multiply(q, all, all);
+  }
+  quat_multiply(all, aim->offset, all); /* from the bone's frame to that of its source's joint */
+  quat_conjugate(all, q);
+  tw_rotation_turn(q, way, way);
+}
+
 /* Makes the aim of a bone, where it has one: *out stays NULL without bones taken in that move. */
 static bool make_aim(const tw_carrying *c, uint32_t index, const next_joint *next, const tw_aim **out) {
   const tw_fit *fit = &c->fit;
   const tw_fitted_bone *bone = &fit->bones[index];
   uint32_t count = c->depths[0][bone->last] - c->depths[0][bone->source];
-  double back[4], way[3];
   bool is_bent = false;
   if (bone->last == bone->source || bone->between_count > 0 || next->count == 0) return true;
   uint32_t *nodes = tw_arena_alloc_raw(c->scratch, count, sizeof *nodes);
@@ -106,34 +135,16 @@ static bool make_aim(const tw_carrying *c, uint32_t index, const next_joint *nex
   }
   *made = (tw_aim){.nodes = nodes, .count = count};
   memcpy(made->offset, bone->offset, sizeof made->offset);
-  quat_conjugate(fit->source.rotation[bone->last], back);
-  for (int k = 0; k < 3; k++) {
-    way[k] = next->place[k] - fit->source.place[bone->source][k];
-    made->next[k] = next->place[k] - fit->source.place[bone->last][k];
-  }
-  tw_rotation_turn(back, made->next, made->next);
-  tw_rotation_turn(back, way, way);
-  quat_conjugate(bone->offset, back);
-  tw_rotation_turn(back, way, made->rest);
+  memcpy(made->next, next->place, sizeof made->next);
+  way_at(c, made, NULL, made->rest);
   if (is_bent && tw_unit3(made->rest) > 0) *out = made;
   return true;
 }
 
 /* The turn of a bone, in its own frame, towards the next joint. */
 static void swing_at(const tw_carrying *c, const tw_aim *aim, float time, double out[4]) {
-  double way[3], all[4] = {0, 0, 0, 1}, q[4], axis[3];
-  memcpy(way, aim->next, sizeof way);
-  for (uint32_t i = aim->count; i-- > 0;) {
-    tw_trs trs = tw_carrying_source_at(c, aim->nodes[i], time);
-    quat_widen(trs.rotation, q);
-    tw_normalize(q, 4);
-    tw_rotation_turn(q, way, way);
-    for (int k = 0; k < 3; k++) way[k] += (double)trs.translation[k];
-    quat_multiply(q, all, all);
-  }
-  quat_multiply(all, aim->offset, all); /* from the bone's frame to that of its source's joint */
-  quat_conjugate(all, q);
-  tw_rotation_turn(q, way, way);
+  double way[3], axis[3];
+  way_at(c, aim, &time, way);
   memcpy(out, TW_QUAT_IDENTITY, sizeof TW_QUAT_IDENTITY);
   if (tw_unit3(way) == 0) return;
   tw_cross3(aim->rest, way, axis);
@@ -198,8 +209,13 @@ static bool make_shares(tw_carrying *c, const tw_fitted_bone *bone, const tw_bon
   return true;
 }
 
+enum { STEPS_MOST = 1 << 20 };
+
+static tw_status branch_too_differently(tw_error *error) {
+  return tw_fail(error, TW_LIMIT, "the skeletons branch too differently to carry a clip over");
+}
+
 tw_status tw_turns_make(tw_carrying *c, tw_error *error) {
-  enum { STEPS_MOST = 1 << 20 };
   uint64_t steps = 0;
   c->turns = tw_arena_alloc(c->scratch, c->job->target.node_count, sizeof *c->turns);
   c->depths[0] = find_depths(c, &c->job->source);
@@ -215,9 +231,8 @@ tw_status tw_turns_make(tw_carrying *c, tw_error *error) {
     tw_bone_turn *turn = make_turn(c, i);
     if (!turn || !make_shares(c, bone, turn)) return tw_carrying_no_memory(error);
     c->turns[bone->target] = turn;
-    steps += turn->path.count + (turn->above ? turn->above->count : 0);
-    if (steps > STEPS_MOST)
-      return tw_fail(error, TW_LIMIT, "the skeletons branch too differently to carry a clip over");
+    steps += tw_turn_tracks(c, turn, NULL);
+    if (steps > STEPS_MOST) return branch_too_differently(error);
   }
   return TW_OK;
 }
@@ -271,20 +286,71 @@ void tw_turn_evaluate(const tw_bone_turn *turn, const float (*joints)[4], const 
   }
 }
 
-void tw_turn_at(const tw_carrying *c, const tw_bone_turn *turn, float time, float (*room)[4], double out[4]) {
+/* The rotation of a step's joint. time: NULL: as the source rests. */
+static void joint_at(const tw_carrying *c, const tw_path_step *step, const float *time, float out[4]) {
+  if (time)
+    tw_clip_sample(c->clip, step->track, time, 1, out);
+  else
+    memcpy(out, c->job->source.nodes[c->tracks[step->track].node].rest.rotation, 4 * sizeof *out);
+}
+
+void tw_turn_unswung(const tw_carrying *c, const tw_bone_turn *turn, const float *time, float (*room)[4],
+                     double out[4]) {
   double lead[4], swing[4], back[4];
-  for (uint32_t i = 0; i < turn->path.count; i++)
-    tw_clip_sample(c->clip, turn->path.steps[i].track, &time, 1, room[i]);
+  for (uint32_t i = 0; i < turn->path.count; i++) joint_at(c, &turn->path.steps[i], time, room[i]);
   memcpy(lead, TW_QUAT_IDENTITY, sizeof lead);
-  if (turn->above) { /* hangs on a bone that swings: K^-1 swing^-1 K */
-    swing_at(c, turn->above, time, swing);
+  if (turn->above && time) { /* hangs on a bone that swings: K^-1 swing^-1 K */
+    swing_at(c, turn->above, *time, swing);
     quat_conjugate(swing, swing);
     quat_conjugate(turn->hang, back);
     quat_multiply(turn->hang, swing, lead);
     quat_multiply(lead, back, lead);
   }
   tw_turn_evaluate(turn, (const float(*)[4])room, lead, out);
-  if (!turn->own) return;
-  swing_at(c, turn->own, time, swing);
+  if (!turn->own || !time) return;
+  swing_at(c, turn->own, *time, swing);
   quat_multiply(out, swing, out);
+}
+
+/* ---- what turns depend on -------------------------------------------------------------------- */
+
+/* Lists behind the first `count` tracks, if there is a list, and returns how many there are then. */
+static uint32_t add_track(uint32_t *tracks, uint32_t count, uint32_t track) {
+  if (track == TW_NO_INDEX) return count;
+  if (tracks) tracks[count] = track;
+  return count + 1;
+}
+
+static uint32_t add_nodes(const tw_carrying *c, const uint32_t *nodes, uint32_t node_count, uint32_t *tracks,
+                          uint32_t count) {
+  for (uint32_t i = 0; i < node_count; i++)
+    for (int path = 0; path < TW_WEIGHTS; path++)
+      count = add_track(tracks, count, c->track_of[path][nodes[i]]);
+  return count;
+}
+
+static uint32_t add_unswung(const tw_carrying *c, const tw_bone_turn *turn, uint32_t *tracks,
+                            uint32_t count) {
+  const tw_aim *aims[] = {turn->own, turn->above};
+  for (uint32_t i = 0; i < turn->path.count; i++) count = add_track(tracks, count, turn->path.steps[i].track);
+  for (int i = 0; i < 2; i++)
+    if (aims[i]) count = add_nodes(c, aims[i]->nodes, aims[i]->count, tracks, count);
+  return count;
+}
+
+uint32_t tw_turn_tracks(const tw_carrying *c, const tw_bone_turn *turn, uint32_t *tracks) {
+  const tw_spine_swing *spine = turn->spine;
+  uint32_t count = add_unswung(c, turn, tracks, 0);
+  if (!spine) return count;
+  count = add_nodes(c, spine->source, spine->source_count, tracks, count);
+  for (uint32_t i = 0; i < spine->target_count; i++)
+    if (c->turns[spine->target[i]]) count = add_unswung(c, c->turns[spine->target[i]], tracks, count);
+  return count;
+}
+
+tw_status tw_turns_measure(const tw_carrying *c, tw_error *error) {
+  uint64_t steps = 0;
+  for (uint32_t i = 0; i < c->fit.bone_count && steps <= STEPS_MOST; i++)
+    steps += tw_turn_tracks(c, c->turns[c->fit.bones[i].target], NULL);
+  return steps <= STEPS_MOST ? TW_OK : branch_too_differently(error);
 }

@@ -24,15 +24,16 @@ const [HIPS, THIGH, SHIN] = [0.93, 0.44, 0.45];
 
 const about = (angle) => [Math.sin(angle / 2), 0, 0, Math.cos(angle / 2)].map(Math.fround);
 
-/** Where a foot is: it stands for a part of each cycle, then swings ahead. Height, and place along z. */
-function footAt(seconds, shift) {
+/** Where a foot is: it stands for a part of each cycle, drifting so fast, then swings ahead. Height, and place along z. */
+function footAt(seconds, shift, drift) {
   const phase = seconds / CYCLE + shift;
   const [round, part] = [Math.floor(phase), phase - Math.floor(phase)];
   const stride = SPEED * CYCLE;
   const stand = (round - shift + STANDS / 2) * stride;
-  if (part < STANDS) return [0.09, stand];
+  if (part < STANDS) return [0.09, stand + drift * part * CYCLE];
   const swing = (part - STANDS) / (1 - STANDS);
-  return [0.09 + 0.12 * Math.sin(Math.PI * swing) ** 2, stand + stride * swing * swing * (3 - 2 * swing)];
+  const drifted = drift * STANDS * CYCLE;
+  return [0.09 + 0.12 * Math.sin(Math.PI * swing) ** 2, stand + drifted + (stride - drifted) * swing * swing * (3 - 2 * swing)];
 }
 
 /** Turns about x of thigh and shin that bring the ankle from the hip to y, z. */
@@ -43,8 +44,8 @@ function legTo(y, z) {
   return [hip, knee];
 }
 
-/** Somebody with CMU's names walks along z; legs bend in their planes. */
-function walker() {
+/** Somebody with CMU's names walks along z, with hips so far below where they rest; legs bend in their planes. */
+function walker(below = 0.05, drift = 0) {
   const leg = (side, x) => [
     { name: `${side}UpLeg`, parent: 'Hips', translation: [x, 0, 0] },
     { name: `${side}Leg`, parent: `${side}UpLeg`, translation: [0, -THIGH, 0] },
@@ -52,11 +53,11 @@ function walker() {
     { name: `${side}ToeBase`, parent: `${side}Foot`, translation: [0, -0.06, 0.12] },
   ];
   const times = Array.from({ length: FRAMES + 1 }, (_, frame) => Math.fround(frame / 60));
-  const hips = times.map((t) => [0, HIPS - 0.05 + 0.015 * Math.sin((4 * Math.PI * t) / CYCLE), SPEED * t].map(Math.fround));
+  const hips = times.map((t) => [0, HIPS - below + 0.015 * Math.sin((4 * Math.PI * t) / CYCLE), SPEED * t].map(Math.fround));
   const tracks = [{ node: 'Hips', path: 'translation', times, values: hips }];
   for (const [side, shift] of [['Left', 0], ['Right', 0.5]]) {
     const turns = times.map((t, i) => {
-      const [y, z] = footAt(t, shift);
+      const [y, z] = footAt(t, shift, drift);
       return legTo(y - hips[i][1], z - hips[i][2]);
     });
     tracks.push(
@@ -136,6 +137,68 @@ for (const [what, options] of Object.entries(FIGURES))
     assert.ok(most.foot < 5e-4 && most.turn < 3e-3 && most.aside < 5e-4, JSON.stringify(most));
     assert.ok(told.raised < 2e-4 && told.lowered < 0.05 && told.acceleration < 2, JSON.stringify(told));
   });
+
+for (const [what, options] of Object.entries(FIGURES))
+  test(`knees turn hardly faster than the clip's own: ${what}`, async (t) => {
+    const FPS = 240;
+    const NEAR = FPS / 20; // the clip's own speed is looked for so many frames around
+    const model = await daemon.upload(biped(options));
+    for (const below of [0.05, 0.07, 0.1]) {
+      const lender = await daemon.upload(JSON.stringify(walker(below)));
+      const clip = `clip=${lender.split('/').pop()}/walk&retarget=auto`;
+      const [free, held] = await Promise.all(['', '&feet=hold'].map((more) => json(`${model}/pose.json?${clip}${more}&from=0&to=${SECONDS}&fps=${FPS}`)));
+      const speeds = ({ nodes, poses }, side) => {
+        const node = nodes.indexOf(NAMES[options.names][`${side}LowerLeg`]);
+        const turns = poses.map(({ rotation }) => new Quaternion(...rotation[node]));
+        return turns.slice(1).map((turn, i) => FPS * turn.angleTo(turns[i]));
+      };
+      const excess = Math.max(
+        ...['left', 'right'].flatMap((side) => {
+          const own = speeds(free, side);
+          return speeds(held, side).map((speed, i) => speed - Math.max(...own.slice(Math.max(0, i - NEAR), i + NEAR + 1)));
+        }),
+      );
+      t.diagnostic(`hips ${below} m down: ${excess} radians a second faster`);
+      assert.ok(excess < 5, `hips ${below} m down: ${excess} radians a second faster`);
+      assert.ok(slideOf(await json(`${model}/tracks?${clip}&feet=hold`)) < 0.01 * HEIGHT * (options.scale ?? 1));
+    }
+  });
+
+test('knees of feet that stand without being held stay as straight as they are', async () => {
+  const own = walker();
+  const model = await daemon.upload(JSON.stringify({ nodes: [...own.nodes, { name: 'Tail', parent: 'Hips', translation: [0, 0, -0.2] }] }));
+  const lender = await daemon.upload(JSON.stringify(own));
+  const query = `clip=${lender.split('/').pop()}/walk&retarget=auto&from=0&to=${SECONDS}&fps=30`;
+  const [free, held] = await Promise.all(['', '&feet=hold'].map((more) => json(`${model}/pose.json?${query}${more}`)));
+  for (const side of ['Left', 'Right']) {
+    const knee = free.nodes.indexOf(`${side}Leg`);
+    const turned = free.poses.map(({ rotation }, i) => new Quaternion(...rotation[knee]).angleTo(new Quaternion(...held.poses[i].rotation[knee])));
+    assert.ok(Math.max(...turned) < 5e-3, `${Math.max(...turned)}`);
+  }
+});
+
+/** The same motion in a world whose z is up, as some motion capture has it. */
+function lying({ nodes, clips }) {
+  const place = ([x, y, z]) => [z, x, y];
+  const turn = ([x, y, z, w]) => [z, x, y, w];
+  const track = ({ values, quaternions, ...others }) => ({ ...others, ...(values && { values: values.map(place) }), ...(quaternions && { quaternions: quaternions.map(turn) }) });
+  return {
+    nodes: nodes.map((node) => ({ ...node, translation: place(node.translation) })),
+    clips: clips.map(({ name, tracks }) => ({ name, tracks: tracks.map(track) })),
+  };
+}
+
+test('feet of a figure whose world has z up are held as those of one with y up', async () => {
+  const walk = walker(0.1, 0.15);
+  const model = await daemon.upload(biped(FIGURES['with Mixamo names']));
+  const reports = [];
+  for (const lent of [walk, lying(walk)]) {
+    const clip = `clip=${(await daemon.upload(JSON.stringify(lent))).split('/').pop()}/walk&retarget=auto`;
+    reports.push(...(await Promise.all(['&feet=hold', ''].map((more) => json(`${model}/tracks?${clip}${more}`)))).map(slideOf));
+  }
+  const [upright, slid, held] = reports;
+  assert.ok(upright < slid / 10 && Math.abs(held - upright) < 0.1 * upright, `${reports}`);
+});
 
 test('files, streams and BVH have held feet too, and three plays them', async () => {
   const [lender, model] = [await daemon.upload(JSON.stringify(walker())), await daemon.upload(biped(FIGURES['with Mixamo names']))];

@@ -18,7 +18,7 @@ typedef struct biped_options {
   double arms_down;         /* radians below the T-pose */
   bool has_twists;          /* bones half way down arms and legs */
   uint32_t spines;          /* bones between hips and neck, 0: 3 */
-  uint32_t lacks;           /* a joint that is left out; 0: none */
+  uint32_t lacks;           /* joints that are left out, bit i: joint i */
   double turned;            /* about y, radians */
 } biped_options;
 
@@ -152,7 +152,7 @@ static inline void biped_make(biped *b, biped_options options) {
     b->at[i] = last[i] = TW_NO_INDEX;
     int parent = joint->parent;
     if (i >= BIPED_SPINE + options.spines && i < BIPED_NECK) continue;
-    if (i > 0 && i == options.lacks) continue;
+    if (options.lacks >> i & 1) continue;
     while (parent > 0 && b->at[parent] == TW_NO_INDEX) parent--;
     if (options.seed) {
       biped_rotation(&state, 3, own);

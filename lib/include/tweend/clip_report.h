@@ -66,7 +66,8 @@ typedef struct tw_inspect_job {
   /* NULL, or the clip of tw_clip_take_root that the keys follow, without its root's motion: feet below the
    * root's node are judged with it put back, since one that stands slides when it is taken. */
   const tw_clip *without_root;
-  uint32_t root; /* the node */
+  uint32_t root;    /* the node */
+  const double *up; /* [3] of unit length, in the world, along which heights are; NULL: y */
 } tw_inspect_job;
 
 /* Inspects a clip on its nodes. The arrays of the report live in the arena.

@@ -58,9 +58,11 @@ uint32_t tw_bone_find(const char *name, size_t length);
  * without counterpart that lead from one matched bone to the next are taken into the one above them: it gets
  * their product, turned so that it points to where the next joint is. Bones of the target without counterpart
  * that do so share its motion: in the spine and neck all of it, in equal parts; elsewhere the turn about the
- * bone's own direction. All other bones keep their rest pose. Hips, and matched nodes above them, are moved
- * by the ratio of leg lengths (of hip heights between humanoid maps; of all lengths where there are no legs).
- * Other bones get translations and scales only where they rest as in the source. */
+ * bone's own direction. Spines that bend at other joints are swung about their first one until neck and
+ * shoulders are, in the mean, where the source's are. All other bones keep their rest pose. Hips, and matched
+ * nodes above them, are moved by the ratio of leg lengths (of hip heights between humanoid maps; of all
+ * lengths where there are no legs). Other bones get translations and scales only where they rest as in the
+ * source. */
 
 /* A pair of nodes that whoever asks for a clip names as counterparts. */
 typedef struct tw_bone_names_pair {
