@@ -54,8 +54,8 @@ static tw_status count_turns(const tw_track_keys *track, uint32_t *count, bool *
   return TW_OK;
 }
 
-/* Warns of tracks with steps that may not turn as meant: half turns of quaternions, whose way is arbitrary, and
- * steps of recorded angles that go the long way, as where a recorder wraps at 180 degrees. Angles that
+/* Warns of tracks with steps that may not turn as meant: half turns of quaternions, whose way is arbitrary,
+ * and steps of recorded angles that go the long way, as where a recorder wraps at 180 degrees. Angles that
  * somebody wrote turn as far as they say. */
 static tw_status warn_of_turns(tw_model *model, uint32_t index, tw_error *error) {
   char clip_name[24], node_name[24];
