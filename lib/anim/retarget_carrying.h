@@ -127,11 +127,17 @@ void tw_turn_evaluate(const tw_bone_turn *turn, const float (*joints)[4], const 
 void tw_turn_unswung(const tw_carrying *c, const tw_bone_turn *turn, const float *time, float (*room)[4],
                      double out[4]);
 
-/* TW_LIMIT where all turns together depend on too many tracks. */
-tw_status tw_turns_measure(const tw_carrying *c, tw_error *error);
+enum { TW_TURN_STEPS_MOST = 1 << 20 };
+
+/* TW_LIMIT where all turns together, and the steps that were taken to make them, look at more nodes than
+ * TW_TURN_STEPS_MOST. */
+tw_status tw_turns_measure(const tw_carrying *c, uint64_t steps, tw_error *error);
 
 /* Lists the tracks that a turn depends on, some more than once. tracks: NULL: only counts them. */
 uint32_t tw_turn_tracks(const tw_carrying *c, const tw_bone_turn *turn, uint32_t *tracks);
+
+/* How many nodes evaluating a turn looks at. */
+uint64_t tw_turn_cost(const tw_carrying *c, const tw_bone_turn *turn);
 
 /* ---- spines that bend elsewhere: retarget_spine.c -------------------------------------------- */
 

@@ -62,7 +62,7 @@ static tw_status sample_turn(tw_carrying *c, const tw_bone_turn *turn, uint32_t 
                             .path = TW_ROTATION,
                             .at = signal_rotation,
                             .context = &context,
-                            .cost = count};
+                            .cost = tw_turn_cost(c, turn)};
   return tw_signal_carry(c, signal, node, error);
 }
 

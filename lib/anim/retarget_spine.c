@@ -1,8 +1,8 @@
 /* Keeps the top of a spine where the source has it. Where spines differ in their bones they bend at other
  * joints, so that shoulders and neck would end elsewhere though each bone turns as it should. The whole spine
- * is then swung about its first joint until its top, the mean place of the bones that hang on it, lies in the
- * direction in which the source's does, as seen from the hips. What hangs on the spine keeps its rotation in
- * the world. */
+ * is then swung about its first joint until its top, the mean place of the humanoid bones that hang on it,
+ * lies in the direction in which the source's does, as seen from the hips. What hangs on the spine keeps its
+ * rotation in the world. */
 #include <string.h>
 
 #include "retarget_carrying.h"
@@ -33,6 +33,11 @@ static spine_bones find_spine(const tw_carrying *c) {
   return out;
 }
 
+/* Neck and shoulders, not what else a file hangs on a spine. */
+static bool is_humanoid(const tw_carrying *c, uint32_t bone) {
+  return c->match.role[c->fit.bones[bone].target] < TW_BONES;
+}
+
 static bool is_one_of(const spine_bones *spine, uint32_t bone) {
   for (uint32_t i = 0; i < spine->count; i++)
     if (spine->bones[i] == bone) return true;
@@ -57,11 +62,12 @@ static double height_of(const double hips[3], const double top[3], const double 
 }
 
 /* The mean rest places in the world of the bones that hang on the spine: of the source and the target. */
-static void find_world_tops(const tw_fit *fit, uint32_t last_bone, double tops[2][3]) {
+static void find_world_tops(const tw_carrying *c, uint32_t last_bone, double tops[2][3]) {
+  const tw_fit *fit = &c->fit;
   uint32_t count = 0;
   memset(tops, 0, 2 * sizeof *tops);
   for (uint32_t i = 0; i < fit->bone_count; i++) {
-    if (fit->bones[i].above != last_bone) continue;
+    if (fit->bones[i].above != last_bone || !is_humanoid(c, i)) continue;
     count++;
     for (int k = 0; k < 3; k++) { /* running means */
       tops[0][k] += (fit->source.place[fit->bones[i].source][k] - tops[0][k]) / count;
@@ -75,7 +81,7 @@ static bool bends_elsewhere(const tw_carrying *c, const spine_bones *spine) {
   const tw_fit *fit = &c->fit;
   const tw_fitted_bone *hips = &fit->bones[fit->hips];
   double tops[2][3];
-  find_world_tops(fit, spine->bones[spine->count - 1], tops);
+  find_world_tops(c, spine->bones[spine->count - 1], tops);
   for (uint32_t i = 0; i < spine->count; i++) {
     const tw_fitted_bone *bone = &fit->bones[spine->bones[i]];
     double from = height_of(fit->source.place[hips->source], tops[0], fit->source.place[bone->source]);
@@ -102,14 +108,15 @@ static bool list_way(const tw_carrying *c, const tw_skeleton *skeleton, uint32_t
   return true;
 }
 
-/* The mean rest places of the bones that hang on the spine, in the frames of the last nodes of both. */
+/* The mean rest places of the humanoid bones that hang on the spine, in the frames of the last nodes of both.
+ */
 static bool find_tops(const tw_carrying *c, uint32_t last_bone, tw_spine_swing *swing) {
   const tw_fit *fit = &c->fit;
   uint32_t source_last = swing->source[swing->source_count - 1],
            target_last = swing->target[swing->target_count - 1], count = 0;
   for (uint32_t i = 0; i < fit->bone_count; i++) {
     double from[3], to[3];
-    if (fit->bones[i].above != last_bone ||
+    if (fit->bones[i].above != last_bone || !is_humanoid(c, i) ||
         !tw_rest_place_in(&c->job->source, source_last, fit->bones[i].source, from) ||
         !tw_rest_place_in(&c->job->target, target_last, fit->bones[i].target, to))
       continue;
@@ -201,21 +208,24 @@ void tw_turn_at(const tw_carrying *c, const tw_bone_turn *turn, float time, floa
 
 /* ---- making it ------------------------------------------------------------------------------- */
 
-/* Lets a bone's turn take part: the first bone of the spine, or one that hangs on the spine. */
-static void take_part(const tw_carrying *c, const tw_spine_swing *swing, uint32_t node, bool is_first) {
+/* Lets a bone's turn take part: the first bone of the spine, or one that hangs on the spine. Returns how many
+ * nodes it looked at. */
+static uint64_t take_part(const tw_carrying *c, const tw_spine_swing *swing, uint32_t node, bool is_first) {
   const tw_skeleton *target = &c->job->target;
   tw_bone_turn *turn = c->turns[node];
+  uint64_t steps = 0;
   double own[4];
   turn->spine = swing;
   turn->is_first_of_spine = is_first;
   memcpy(turn->spine_hang, TW_QUAT_IDENTITY, sizeof TW_QUAT_IDENTITY);
-  for (node = target->nodes[node].parent; node != swing->hips; node = target->nodes[node].parent) {
+  for (node = target->nodes[node].parent; node != swing->hips; node = target->nodes[node].parent, steps++) {
     uint32_t depth = c->depths[1][node] - c->depths[1][swing->hips];
     turn->spine_depth = depth <= swing->target_count && swing->target[depth - 1] == node ? depth : 0;
-    if (turn->spine_depth > 0) return;
+    if (turn->spine_depth > 0) break;
     tw_rest_turn(target, node, own);
     quat_multiply(own, turn->spine_hang, turn->spine_hang);
   }
+  return steps;
 }
 
 /* What the swing computes with. False where the spine has no length. */
@@ -267,9 +277,9 @@ tw_status tw_spine_make(tw_carrying *c, tw_error *error) {
   swing->room = tw_arena_alloc_raw(c->scratch, most_steps(c, swing), sizeof *swing->room);
   if (!swing->room) return tw_carrying_no_memory(error);
   if (!find_constants(c, swing)) return TW_OK;
-  take_part(c, swing, swing->first, true);
-  for (uint32_t i = 0; i < fit->bone_count; i++)
+  uint64_t steps = take_part(c, swing, swing->first, true);
+  for (uint32_t i = 0; i < fit->bone_count && steps <= TW_TURN_STEPS_MOST; i++)
     if (is_one_of(&spine, fit->bones[i].above) && !is_one_of(&spine, i))
-      take_part(c, swing, fit->bones[i].target, false);
-  return tw_turns_measure(c, error);
+      steps += take_part(c, swing, fit->bones[i].target, false);
+  return tw_turns_measure(c, steps, error);
 }

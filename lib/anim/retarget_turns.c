@@ -77,8 +77,8 @@ static bool find_path(const tw_carrying *c, uint32_t from, uint32_t to, tw_turn_
 
 /* ---- aims ------------------------------------------------------------------------------------ */
 
-/* The mean rest place in the source of the next matched joints below a bone, in the frame of the last one
- * that it takes in. */
+/* The mean rest place in the source of the next matched joints below a bone that takes others in, in the
+ * frame of the last one of these. */
 typedef struct next_joint {
   double place[3];
   uint32_t count;
@@ -91,7 +91,7 @@ static next_joint *find_next_joints(const tw_carrying *c) {
   for (uint32_t i = 0; next && i < fit->bone_count; i++) {
     const tw_fitted_bone *bone = &fit->bones[i];
     double place[3];
-    if (bone->above == TW_NO_INDEX ||
+    if (bone->above == TW_NO_INDEX || fit->bones[bone->above].last == fit->bones[bone->above].source ||
         !tw_rest_place_in(&c->job->source, fit->bones[bone->above].last, bone->source, place))
       continue;
     for (int k = 0; k < 3; k++) next[bone->above].place[k] += place[k];
@@ -209,8 +209,6 @@ static bool make_shares(tw_carrying *c, const tw_fitted_bone *bone, const tw_bon
   return true;
 }
 
-enum { STEPS_MOST = 1 << 20 };
-
 static tw_status branch_too_differently(tw_error *error) {
   return tw_fail(error, TW_LIMIT, "the skeletons branch too differently to carry a clip over");
 }
@@ -231,8 +229,8 @@ tw_status tw_turns_make(tw_carrying *c, tw_error *error) {
     tw_bone_turn *turn = make_turn(c, i);
     if (!turn || !make_shares(c, bone, turn)) return tw_carrying_no_memory(error);
     c->turns[bone->target] = turn;
-    steps += tw_turn_tracks(c, turn, NULL);
-    if (steps > STEPS_MOST) return branch_too_differently(error);
+    steps += tw_turn_cost(c, turn);
+    if (steps > TW_TURN_STEPS_MOST) return branch_too_differently(error);
   }
   return TW_OK;
 }
@@ -348,9 +346,26 @@ uint32_t tw_turn_tracks(const tw_carrying *c, const tw_bone_turn *turn, uint32_t
   return count;
 }
 
-tw_status tw_turns_measure(const tw_carrying *c, tw_error *error) {
-  uint64_t steps = 0;
-  for (uint32_t i = 0; i < c->fit.bone_count && steps <= STEPS_MOST; i++)
-    steps += tw_turn_tracks(c, c->turns[c->fit.bones[i].target], NULL);
-  return steps <= STEPS_MOST ? TW_OK : branch_too_differently(error);
+static uint64_t unswung_cost(const tw_bone_turn *turn) {
+  return (uint64_t)turn->path.count + (turn->own ? turn->own->count : 0) +
+         (turn->above ? turn->above->count : 0);
+}
+
+uint64_t tw_turn_cost(const tw_carrying *c, const tw_bone_turn *turn) {
+  const tw_spine_swing *spine = turn->spine;
+  uint64_t cost = unswung_cost(turn);
+  if (!spine) return cost;
+  cost += spine->source_count;
+  for (uint32_t i = 0; i < spine->target_count;
+       i++) { /* for the top, and for the frame of what hangs there */
+    const tw_bone_turn *of = c->turns[spine->target[i]];
+    cost += 2 * (1 + (of ? unswung_cost(of) : 0));
+  }
+  return cost;
+}
+
+tw_status tw_turns_measure(const tw_carrying *c, uint64_t steps, tw_error *error) {
+  for (uint32_t i = 0; i < c->fit.bone_count && steps <= TW_TURN_STEPS_MOST; i++)
+    steps += tw_turn_cost(c, c->turns[c->fit.bones[i].target]);
+  return steps <= TW_TURN_STEPS_MOST ? TW_OK : branch_too_differently(error);
 }
