@@ -155,7 +155,7 @@ static tw_bone_kind find_stem(const char *stem) {
   return KIND_NONE;
 }
 
-/* What stands in front of a bone's own name, and may be followed by digits and a separator. */
+/* Prefixes of bones' names; digits and a separator may follow each. */
 static const char *const prefixes[] = {"mixamorig", "valvebiped", "bip",   "cc_base", "def", "j_bip",
                                        "character", "joint",      "robot", "b_",      NULL};
 
@@ -358,7 +358,7 @@ static tw_bone_kind find_vertebra(const words *words) {
   return *found == 'c' ? KIND_NECK : KIND_SPINE;
 }
 
-/* What a stem says that begins with its side: "lfemur", "leftfemur". */
+/* Finds the kind and the side of a stem that begins with its side: "lfemur", "leftfemur". */
 static void take_side(const char *stem, tw_bone_said *out) {
   static const char *const fronts[] = {"left", "right", "l", "r"};
   for (int i = 0; i < 4 && out->kind == KIND_NONE; i++) {

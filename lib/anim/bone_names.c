@@ -1,5 +1,5 @@
-/* The names of humanoid bones: VRM's own; and which node is which bone, by what the names of all say
- * together. */
+/* VRM's names of humanoid bones, and which node of a skeleton is which bone, by the names of all its nodes.
+ */
 #include <string.h>
 
 #include "bone_kinds.h"

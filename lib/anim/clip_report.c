@@ -320,7 +320,8 @@ static tw_status follow(inspection *in, uint32_t root) {
   return TW_OK;
 }
 
-/* How far a pose is turned about the axis up from the first one, whichever way that one faces. */
+/* The angle in radians about the up axis from a node's first pose to another pose, whichever way the first
+ * one faces. */
 static double yaw_between(const inspection *in, const float first[16], const float matrix[16]) {
   tw_trs from, to;
   double back[4], q[4], turn[4];

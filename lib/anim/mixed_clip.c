@@ -45,6 +45,7 @@ static inline uint32_t width_of(tw_path path) {
 }
 
 typedef float four __attribute__((vector_size(16)));
+typedef int32_t four_bits __attribute__((vector_size(16)));
 
 static inline four load_four(const float *from) {
   four value;
@@ -209,7 +210,6 @@ static inline void load_rotations(const layer_values *layer, const float *rotati
  * positive. references: as in add_rotations. */
 static inline void find_four(turns *restrict all, const layer_values *layer, const float *references,
                              size_t step, size_t first, size_t lanes) {
-  typedef int32_t bits __attribute__((vector_size(16)));
   four a[4], b[4];
   for (size_t k = 0; k < 4; k++) a[k] = load_four(references + step * (k < lanes ? first + k : first));
   transpose(a);
@@ -218,11 +218,11 @@ static inline void find_four(turns *restrict all, const layer_values *layer, con
   four y = a[3] * b[1] + a[0] * b[2] - a[1] * b[3] - a[2] * b[0];
   four z = a[3] * b[2] - a[0] * b[1] + a[1] * b[0] - a[2] * b[3];
   four w = a[3] * b[3] + a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-  const bits flips = (w < 0) & INT32_MIN;
-  x = (four)((bits)x ^ flips);
-  y = (four)((bits)y ^ flips);
-  z = (four)((bits)z ^ flips);
-  w = (four)((bits)w ^ flips);
+  const four_bits flips = (w < 0) & INT32_MIN;
+  x = (four)((four_bits)x ^ flips);
+  y = (four)((four_bits)y ^ flips);
+  z = (four)((four_bits)z ^ flips);
+  w = (four)((four_bits)w ^ flips);
   memcpy(all->x + first, &x, sizeof x);
   memcpy(all->y + first, &y, sizeof y);
   memcpy(all->z + first, &z, sizeof z);
@@ -276,7 +276,6 @@ static void raise_turns(turns *restrict all, const float *restrict weights, uint
  * the rotation stays as it is. */
 static inline void apply_four(const turns *restrict all, const layer_values *layer, float *restrict rotations,
                               size_t first, size_t lanes) {
-  typedef int32_t bits __attribute__((vector_size(16)));
   const four halves = {0.5F, 0.5F, 0.5F, 0.5F};
   four a[4], q[4], x = load_four(all->x + first), y = load_four(all->y + first),
                    z = load_four(all->z + first), w = load_four(all->w + first);
@@ -286,7 +285,7 @@ static inline void apply_four(const turns *restrict all, const layer_values *lay
   q[2] = a[3] * z + a[0] * y - a[1] * x + a[2] * w;
   q[3] = a[3] * w - a[0] * x - a[1] * y - a[2] * z;
   four excess = (q[0] * q[0] + q[2] * q[2]) + (q[1] * q[1] + q[3] * q[3]) - 1;
-  four scale = 1 - (four)((bits)halves & (load_four(layer->weights + first) != 0)) * excess;
+  four scale = 1 - (four)((four_bits)halves & (load_four(layer->weights + first) != 0)) * excess;
   for (uint32_t k = 0; k < 4; k++) q[k] *= scale;
   transpose(q);
   for (size_t k = 0; k < lanes; k++)

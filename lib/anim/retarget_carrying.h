@@ -133,7 +133,8 @@ enum { TW_TURN_STEPS_MOST = 1 << 20 };
  * TW_TURN_STEPS_MOST. */
 tw_status tw_turns_measure(const tw_carrying *c, uint64_t steps, tw_error *error);
 
-/* Lists the tracks that a turn depends on, some more than once. tracks: NULL: only counts them. */
+/* Lists the tracks of the source that a turn depends on, some more than once, and returns their number.
+ * tracks: NULL: only counts them. */
 uint32_t tw_turn_tracks(const tw_carrying *c, const tw_bone_turn *turn, uint32_t *tracks);
 
 /* How many nodes evaluating a turn looks at. */
@@ -141,7 +142,8 @@ uint64_t tw_turn_cost(const tw_carrying *c, const tw_bone_turn *turn);
 
 /* ---- spines that bend elsewhere: retarget_spine.c -------------------------------------------- */
 
-/* Makes the swing of the spine, where spines differ, of all turns that it takes. */
+/* Where the spines bend at different joints, computes the swing and adds it to the turns that it changes.
+ * Call after tw_turns_make. Errors as tw_turns_measure, and TW_NO_MEMORY. */
 tw_status tw_spine_make(tw_carrying *c, tw_error *error);
 
 /* Evaluates a turn at one time. room: [steps][4]. */

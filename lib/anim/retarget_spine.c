@@ -44,7 +44,7 @@ static bool is_one_of(const spine_bones *spine, uint32_t bone) {
   return false;
 }
 
-/* Whether the source moves a node between two matched bones of one way down. */
+/* Whether the clip moves a node of the source between a matched bone and a matched bone below that one. */
 static bool moves_between(const tw_carrying *c, uint32_t above, uint32_t below) {
   const tw_node *nodes = c->job->source.nodes;
   for (uint32_t node = nodes[below].parent; node != TW_NO_INDEX && node != above; node = nodes[node].parent)
@@ -52,7 +52,7 @@ static bool moves_between(const tw_carrying *c, uint32_t above, uint32_t below) 
   return false;
 }
 
-/* How far up the spine a joint rests: 0 at the hips, 1 at the top. */
+/* How far a joint at rest is on the way from the hips, 0, to the spine's top, 1. */
 static double height_of(const double hips[3], const double top[3], const double joint[3]) {
   double way[3], up[3];
   tw_difference3(top, hips, up);
@@ -93,7 +93,8 @@ static bool bends_elsewhere(const tw_carrying *c, const spine_bones *spine) {
   return false;
 }
 
-/* The nodes from below one down to another; NULL in *out where that is not above it. False without memory. */
+/* Lists the nodes on the way from `above`, without it, down to `last`; *out is NULL where `above` is no
+ * ancestor of `last`. False without memory. */
 static bool list_way(const tw_carrying *c, const tw_skeleton *skeleton, uint32_t above, uint32_t last,
                      uint32_t **out, uint32_t *count) {
   uint32_t node = last;
@@ -208,9 +209,9 @@ void tw_turn_at(const tw_carrying *c, const tw_bone_turn *turn, float time, floa
 
 /* ---- making it ------------------------------------------------------------------------------- */
 
-/* Lets a bone's turn take part: the first bone of the spine, or one that hangs on the spine. Returns how many
- * nodes it looked at. */
-static uint64_t take_part(const tw_carrying *c, const tw_spine_swing *swing, uint32_t node, bool is_first) {
+/* Adds the swing to the turn of a bone: the spine's first one, or, the other way round, one that hangs on the
+ * spine. Returns how many nodes were looked at. */
+static uint64_t add_swing(const tw_carrying *c, const tw_spine_swing *swing, uint32_t node, bool is_first) {
   const tw_skeleton *target = &c->job->target;
   tw_bone_turn *turn = c->turns[node];
   uint64_t steps = 0;
@@ -277,9 +278,9 @@ tw_status tw_spine_make(tw_carrying *c, tw_error *error) {
   swing->room = tw_arena_alloc_raw(c->scratch, most_steps(c, swing), sizeof *swing->room);
   if (!swing->room) return tw_carrying_no_memory(error);
   if (!find_constants(c, swing)) return TW_OK;
-  uint64_t steps = take_part(c, swing, swing->first, true);
+  uint64_t steps = add_swing(c, swing, swing->first, true);
   for (uint32_t i = 0; i < fit->bone_count && steps <= TW_TURN_STEPS_MOST; i++)
     if (is_one_of(&spine, fit->bones[i].above) && !is_one_of(&spine, i))
-      steps += take_part(c, swing, fit->bones[i].target, false);
+      steps += add_swing(c, swing, fit->bones[i].target, false);
   return tw_turns_measure(c, steps, error);
 }

@@ -506,7 +506,8 @@ TEST(spines_that_lack_any_bones_move_hands_and_feet_to_the_same_places) {
       }
 }
 
-/* Hangs a figure on a node that makes it as high as others whose own scale it is not. */
+/* Puts a figure below a node whose scale undoes the figure's own, as an armature of 0.01 does for
+ * centimetres. */
 static void shrink(biped *b) {
   float scale = (float)(1 / b->scale);
   b->nodes[b->count] = (tw_node){.name = "Armature",
