@@ -538,6 +538,48 @@ TEST(spines_of_figures_in_other_units_below_a_scale_move_to_the_same_places) {
     }
 }
 
+/* A figure with `count` leaves, called alike in all figures, at the end of a chain below its upper chest. */
+static tw_skeleton with_leaves(const biped *b, uint32_t chain, uint32_t count, tw_arena *arena) {
+  tw_node *nodes = tw_arena_alloc(arena, b->count + chain + count, sizeof *nodes);
+  uint32_t *order = tw_arena_alloc(arena, b->count + chain + count, sizeof *order), made = b->count;
+  char(*names)[12] = tw_arena_alloc(arena, count, sizeof *names);
+  uint32_t parent = b->at[BIPED_NECK - 1];
+  tw_error error;
+  assert_true(nodes && order && names);
+  memcpy(nodes, b->nodes, b->count * sizeof *nodes);
+  for (uint32_t i = 0; i < chain + count; i++) {
+    tw_node *node = &nodes[made++];
+    *node = b->nodes[b->at[BIPED_NECK]];
+    node->parent = parent;
+    node->name = NULL;
+    if (i < chain) parent = made - 1;
+    if (i < chain) continue;
+    snprintf(names[i - chain], sizeof *names, "leaf%u", i - chain);
+    node->name = names[i - chain];
+  }
+  assert_int_equal(tw_nodes_order(nodes, made, order, &error), TW_OK);
+  return (tw_skeleton){.nodes = nodes, .order = order, .node_count = made};
+}
+
+/* What all the leaves would look at together is their product with the chain. */
+TEST(leaves_far_below_a_spine_that_swings_are_refused_where_they_are_too_many) {
+  static biped source, target;
+  biped_make(&source, (biped_options){.names = mixamo});
+  biped_make(&target, (biped_options){.names = mixamo, .lacks = 1 << BIPED_SPINE});
+  biped_animate(&source, 1, 3);
+  for (uint32_t count = 10; count <= 1200; count += 1190) {
+    tw_arena *arena = tw_arena_create();
+    tw_retarget_job job = job_of(&source, &target);
+    job.source = with_leaves(&source, 0, count, arena);
+    job.target = with_leaves(&target, count, count, arena);
+    if (count > 10)
+      assert_refused(&job, TW_LIMIT, "branch too differently");
+    else
+      run_good(&job, arena);
+    tw_arena_destroy(arena);
+  }
+}
+
 TEST(a_spine_that_does_not_move_stays_at_rest_whatever_its_bones) {
   static biped source, target;
   biped_make(&source, (biped_options){.names = mixamo});
