@@ -60,6 +60,15 @@ public:
     return found->second;
   }
 
+  // The source of a vertex.
+  const VertexSource &of(uint32_t vertex) const {
+    auto after =
+        std::upper_bound(all.begin(), all.end(), vertex, [](uint32_t wanted, const VertexSource &source) {
+          return wanted < source.first_vertex;
+        });
+    return *(after - 1);
+  }
+
   Vector<VertexSource> all;
   std::vector<SmoothAttribute> smooth; // in the order of the document
 
