@@ -280,31 +280,50 @@ static uint64_t run_of(const tw_surface *s, uint64_t first, uint64_t most, bool 
   return count < most ? count : most;
 }
 
-/* Sorts by the upper 32 bits. keys, spare: [count]. */
-static void sort_keys(uint64_t *keys, uint64_t *spare, size_t count) {
+/* Sorts by the upper 32 bits. keys, spare: [count], of which the sorted one is returned. */
+static const uint64_t *sort_keys(uint64_t *keys, uint64_t *spare, size_t count) {
+  uint64_t varying = 0;
+  for (size_t i = 0; i < count; i++) varying |= keys[i] ^ keys[0];
   for (uint32_t shift = 32; shift < 64; shift += 8) {
     size_t begin[257] = {0};
+    if (!(varying >> shift & 255)) continue;
     for (size_t i = 0; i < count; i++) begin[1 + (keys[i] >> shift & 255)]++;
     for (uint32_t d = 0; d < 256; d++) begin[d + 1] += begin[d];
     for (size_t i = 0; i < count; i++) spare[begin[keys[i] >> shift & 255]++] = keys[i];
-    memcpy(keys, spare, count * sizeof *keys);
+    uint64_t *sorted = spare;
+    spare = keys;
+    keys = sorted;
   }
+  return keys;
+}
+
+/* A corner of the quad before, or of the one a line before, that has the row of the corner `at`, or else
+ * `at`: patches have their quads line by line, all from the same corner. line: corners of a line. */
+static size_t find_same(const uint32_t *corners, size_t at, size_t line) {
+  uint32_t k = at % 4;
+  size_t beside = k == 0 ? at - 3 : at - 5, below = k == 0 ? at + 3 - line : at + 1 - line;
+  if ((k == 0 || k == 3) && at >= 4 && corners[beside] == corners[at]) return beside;
+  return k < 2 && at >= line && corners[below] == corners[at] ? below : at;
 }
 
 /* Reads the points of rows in ascending order, as runs, which is cheap. Lets q->at point to each corner's. */
 static void read_corners(tw_surface_reader *reader, tw_quad_scratch *q, size_t count) {
-  for (size_t i = 0; i < count; i++) q->keys[i] = (uint64_t)q->corners[i] << 32 | i;
-  sort_keys(q->keys, q->spare, count);
-  size_t points = 0;
-  for (size_t i = 0, end; i < count; i = end) {
-    uint32_t first = (uint32_t)(q->keys[i] >> 32), rows = 0;
-    for (end = i; end < count && q->keys[end] >> 32 <= (uint64_t)first + rows; end++) {
-      rows = (uint32_t)(q->keys[end] >> 32) - first + 1;
-      q->at[(uint32_t)q->keys[end]] = q->points[points + rows - 1];
+  size_t line = 4 * (size_t)reader->surface->side, points = 0, unlike = 0;
+  for (size_t i = 0; i < count; i++) {
+    q->same[i] = (uint32_t)find_same(q->corners, i, line);
+    if (q->same[i] == i) q->keys[unlike++] = (uint64_t)q->corners[i] << 32 | i;
+  }
+  const uint64_t *keys = sort_keys(q->keys, q->spare, unlike);
+  for (size_t i = 0, end; i < unlike; i = end) {
+    uint32_t first = (uint32_t)(keys[i] >> 32), rows = 0;
+    for (end = i; end < unlike && keys[end] >> 32 <= (uint64_t)first + rows; end++) {
+      rows = (uint32_t)(keys[end] >> 32) - first + 1;
+      q->at[(uint32_t)keys[end]] = q->points[points + rows - 1];
     }
     tw_surface_read_rows(reader, TW_DOMAIN_POINTS, first, rows, q->points[points]);
     points += rows;
   }
+  for (size_t i = 0; i < count; i++) q->at[i] = q->at[q->same[i]];
 }
 
 /* Lets q->at point to each corner's point: those of a level that is kept are at hand. */

@@ -13,6 +13,7 @@ enum { TW_MOVED_WIDTH = 6 }; /* positions and normals */
 enum { TW_QUADS_AT_ONCE = 1024 };
 typedef struct tw_quad_scratch {
   uint32_t corners[4 * TW_QUADS_AT_ONCE]; /* rows */
+  uint32_t same[4 * TW_QUADS_AT_ONCE];    /* the first corner that has the row */
   uint64_t keys[4 * TW_QUADS_AT_ONCE], spare[4 * TW_QUADS_AT_ONCE];
   float points[4 * TW_QUADS_AT_ONCE][3];
   const float *at[4 * TW_QUADS_AT_ONCE];
