@@ -108,10 +108,10 @@ static bool begins_colors(const tw_obj_text *text) {
 /* Charges the lines up to `at`, once they are enough to take some microseconds. What reads a long line
  * charges its words. */
 static bool charge(tw_obj_text *file) {
-  enum { BYTES = 1 << 12, STEPS_A_BYTE = 2 };
+  enum { BYTES = 1 << 12, STEPS = 2 * BYTES };
   if (file->at - file->charged < BYTES) return true;
   file->charged = file->at;
-  return tw_work(STEPS_A_BYTE * BYTES);
+  return tw_work(STEPS);
 }
 
 bool tw_obj_next_statement(tw_obj_text *file, tw_word *word) {

@@ -280,7 +280,8 @@ static void warn_of_header(const uint8_t *bytes, tw_model *model) {
     for (size_t k = 0; k < sizeof colors / sizeof *colors; k++)
       if (i + colors[k].size <= TEXT && memcmp(bytes + i, colors[k].word, strlen(colors[k].word)) == 0)
         i += colors[k].size;
-    char c = i < TEXT && bytes[i] > ' ' && bytes[i] < 0x7F ? (char)bytes[i] : ' ';
+    char c = ' ';
+    if (i < TEXT && bytes[i] > ' ' && bytes[i] < 0x7F) c = (char)bytes[i];
     bool is_blank = c == ' ' || (c == ',' && (length == 0 || text[length - 1] == ' '));
     if (!is_blank) text[length++] = c;
     if (is_blank && length > 0 && text[length - 1] != ' ') text[length++] = ' ';

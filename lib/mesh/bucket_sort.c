@@ -41,7 +41,7 @@ void tw_sort_items(uint32_t *items, size_t count, tw_item_less *less, const void
 
 tw_status tw_sort_in_buckets(tw_item_bucket *bucket_of, uint32_t count, uint32_t bucket_count,
                              tw_item_less *less, const void *context, uint32_t *order, tw_error *error) {
-  enum { STEPS = 8, BUCKETS = 256 }; /* a bucket takes; that are charged at once */
+  enum { BUCKETS = 256, STEPS = 8 * BUCKETS }; /* charged at once, and what they take */
   uint32_t *starts = tw_alloc_zero((size_t)bucket_count + 1, sizeof *starts);
   if (!starts) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   for (uint32_t i = 0; i < count; i++) starts[bucket_of(context, i) + 1]++;
@@ -49,7 +49,7 @@ tw_status tw_sort_in_buckets(tw_item_bucket *bucket_of, uint32_t count, uint32_t
   for (uint32_t i = 0; i < count; i++) order[starts[bucket_of(context, i)]++] = i;
   /* Each start has moved to its bucket's end. */
   for (uint32_t b = 0, begin = 0; b < bucket_count; begin = starts[b++]) {
-    if (b % BUCKETS == 0 && !tw_work(STEPS * BUCKETS)) break;
+    if (b % BUCKETS == 0 && !tw_work(STEPS)) break;
     if (starts[b] - begin > 1) tw_sort_items(order + begin, starts[b] - begin, less, context);
   }
   tw_free(starts);

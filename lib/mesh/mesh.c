@@ -210,11 +210,13 @@ static tw_status check_tags(const tw_mesh *mesh, tw_error *error) {
 static void print_token(const char *name, size_t room, char *out) {
   size_t used = 0;
   for (; *name != '\0' && used + 2 < room; name++) {
-    bool is_escaped = *name == '/' || *name == '~';
-    if (is_escaped) out[used++] = '~';
-    char escaped = '0';
-    if (*name == '/') escaped = '1';
-    out[used++] = is_escaped ? escaped : *name;
+    char letter = *name;
+    if (letter == '/' || letter == '~') {
+      out[used++] = '~';
+      letter = '0';
+      if (*name == '/') letter = '1';
+    }
+    out[used++] = letter;
   }
   out[used] = '\0';
 }

@@ -112,9 +112,9 @@ static bool row_less(const void *context, uint32_t a, uint32_t b) {
 /* first: [count] receives for each row the first equal row. hashes, rows, sorted: [count] scratch. */
 static tw_status join_alike(const places *at, uint32_t count, uint32_t *hashes, uint32_t *rows,
                             uint32_t *sorted, uint32_t *first, bool *split, tw_error *error) {
-  enum { STEPS = 4, ROWS = 1024 }; /* a row takes; that are charged at once */
+  enum { ROWS = 1024, STEPS = 4 * ROWS }; /* charged at once, and what they take */
   for (uint32_t i = 0; i < count; i++) {
-    if (i % ROWS == 0 && !tw_work(STEPS * ROWS)) return tw_work_status(error);
+    if (i % ROWS == 0 && !tw_work(STEPS)) return tw_work_status(error);
     hashes[i] = hash_row(at, i);
     first[i] = i;
   }
@@ -125,7 +125,7 @@ static tw_status join_alike(const places *at, uint32_t count, uint32_t *hashes, 
   const row_order order = {*at, rows, hashes, buckets - 1};
   status = tw_sort_in_buckets(row_bucket, alike, buckets, row_less, &order, sorted, error);
   for (uint32_t i = 1; i < alike && status == TW_OK; i++) {
-    if (i % ROWS == 0 && !tw_work(STEPS * ROWS)) status = tw_work_status(error);
+    if (i % ROWS == 0 && !tw_work(STEPS)) status = tw_work_status(error);
     uint32_t row = rows[sorted[i]], before = rows[sorted[i - 1]];
     if (!same_row(at, row, before)) continue;
     first[row] = first[before];

@@ -269,7 +269,7 @@ void ShownVertices::add(const Elements &positions, const uint32_t *elements, siz
   if (accessor.left == 0) return;
   if (count == positions.count()) {
     accessor.left = 0;
-    accessor.is_shown = Vector<bool>(budget_);
+    Vector<bool>(budget_).swap(accessor.is_shown); // which is not needed any more
     return;
   }
   if (accessor.is_shown.empty()) accessor.is_shown.resize(positions.count());
