@@ -181,7 +181,8 @@ static bool is_letter(char c) {
 }
 
 static char lower(char c) {
-  return is_upper(c) ? (char)(c - 'A' + 'a') : c;
+  if (is_upper(c)) return (char)(c - 'A' + 'a');
+  return c;
 }
 
 /* A word goes on with the next character. "ABc" are the words "A" and "Bc". */

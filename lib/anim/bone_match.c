@@ -62,8 +62,8 @@ static bool is_spine(uint8_t role) {
 
 /* By usual names without spines, which match_spines has matched. */
 static void match_roles(matching *m, tw_match by) {
-  for (uint8_t i = 0; i < TW_BONES; i++)
-    if (is_free(m, m->source_bones[i], m->target_bones[i]) && !(by == TW_MATCH_USUAL && is_spine(i)))
+  for (uint32_t i = 0; i < TW_BONES; i++)
+    if (is_free(m, m->source_bones[i], m->target_bones[i]) && !(by == TW_MATCH_USUAL && is_spine((uint8_t)i)))
       join(m, m->source_bones[i], m->target_bones[i], by);
 }
 

@@ -386,7 +386,7 @@ static tw_status sort_tracks(tw_clip *clip, tw_error *error) {
   }
   for (uint32_t i = 0; has_room && i < clip->track_count; i++) {
     const tw_track *track = &clip->tracks[i];
-    uint32_t block = track->node / TW_POSE_BLOCK;
+    size_t block = track->node / TW_POSE_BLOCK;
     if (track->kind == TRACK_ARC)
       clip->arcs[clip->arc_blocks[block] + next[2 * block]++] =
           (posed_arc){*track->timeline, track->segments.arcs, track->node};

@@ -97,7 +97,7 @@ static double offset_at(const leg *leg, double time, const double at[3], double 
     const touch *last = &leg->touches[next - 1];
     bool stands = time <= last->to;
     double held = stands ? 1 : last->after > 0 ? 1 - ease((time - last->to) / last->after) : 0;
-    for (int i = 0; i < 2; i++) out[i] += held * (stands ? last->place[i] - at[2 * i] : last->leaving[i]);
+    for (size_t i = 0; i < 2; i++) out[i] += held * (stands ? last->place[i] - at[2 * i] : last->leaving[i]);
     kept = held * last->strength;
     if (stands) return kept;
   }
@@ -352,7 +352,7 @@ static void place_touch(const tw_clip *clip, const leg *leg, touch *out) {
     const leg_pose pose = pose_at(clip, leg, (float)(out->from + (out->to - out->from) * i / LOOKS));
     length = distance(pose.joints[UPPER].at, pose.joints[LOWER].at) +
              distance(pose.joints[LOWER].at, pose.joints[FOOT].at);
-    for (int k = 0; k < 2; k++) sum[k] += at[i][k] = pose.joints[FOOT].at[2 * k];
+    for (size_t k = 0; k < 2; k++) sum[k] += at[i][k] = pose.joints[FOOT].at[2 * k];
   }
   for (int k = 0; k < 2; k++) {
     out->place[k] = sum[k] / (LOOKS + 1);

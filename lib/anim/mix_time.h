@@ -54,10 +54,10 @@ typedef struct mix_moments {
 void tw_mix_moments(const mix_time *mix, const float *times, uint32_t count, mix_moments *out);
 
 /* The state of a layer at a clamped time whose phase is given. */
-layer_state tw_layer_at(const mix_time *mix, uint32_t layer, double time, double phase);
+layer_state tw_layer_at(const mix_time *mix, uint32_t index, double time, double phase);
 
 /* The same at many times. locals: [count] times of the layer's clip. weights: [count] */
-void tw_layer_states(const mix_time *mix, uint32_t layer, const mix_moments *at, float *locals,
+void tw_layer_states(const mix_time *mix, uint32_t index, const mix_moments *at, float *locals,
                      float *weights);
 
 /* Tells all times, in any order, at which a layer shows a time of its clip; and those at which its weight,

@@ -88,7 +88,7 @@ static void straighten_node(tw_node *node, unsigned above) {
   flip(above, node->rest.translation);
   flip(turn_signs(above), node->rest.rotation);
   for (int i = 0; i < 3; i++) node->rest.scale[i] = fabsf(node->rest.scale[i]);
-  for (int column = 0; column < 4; column++) {
+  for (size_t column = 0; column < 4; column++) {
     bool is_turned = column < 3 && below & 1u << column;
     flip(is_turned ? above ^ ALL_AXES : above, node->matrix + 4 * column);
   }

@@ -70,7 +70,7 @@ static tw_status gather_times(const tw_signal *signal, bool is_step, float **out
 /* Counts the work of so many samples. */
 static tw_status sampling(const tw_signal *signal, uint32_t count, tw_error *error) {
   enum { STEPS_A_NODE = 10 };
-  return tw_work(STEPS_A_NODE * count * (signal->cost + 1)) ? TW_OK : tw_work_status(error);
+  return tw_work((uint64_t)STEPS_A_NODE * count * (signal->cost + 1)) ? TW_OK : tw_work_status(error);
 }
 
 /* there: [width] scratch. */

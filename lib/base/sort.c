@@ -56,7 +56,7 @@ tw_status tw_sort(void *items, size_t count, size_t size, comparison *compare) {
   bool is_wanted = true;
   for (size_t at = 0; at < count && is_wanted; at += RUN) {
     insert(from + at * size, count - at < RUN ? count - at : RUN, size, compare, spare);
-    is_wanted = tw_work(STEPS * RUN);
+    is_wanted = tw_work((uint64_t)STEPS * RUN);
   }
   for (size_t run = RUN; run < count && is_wanted; run *= 2) {
     is_wanted = merge_all(from, count, size, run, compare, to);

@@ -140,7 +140,8 @@ static uint32_t stride_of(uint32_t depth) {
 }
 
 size_t tw_lattice_scratch(uint32_t depth) {
-  return 2 * WIDTH_MAX * (size_t)stride_of(depth) * stride_of(depth);
+  size_t stride = stride_of(depth);
+  return stride * stride * 2 * WIDTH_MAX;
 }
 
 tw_lattice tw_lattice_refine(const tw_lattice_source *source, uint32_t corner, uint32_t depth,

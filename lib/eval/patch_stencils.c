@@ -93,7 +93,8 @@ static void store(const basis *b, size_t k, uint32_t nth) {
     uint32_t place = tw_stencil_place(n, point % (n + 1), point / (n + 1));
     b->out[k * b->stride + place] = b->values[point * TOGETHER + nth];
     for (size_t t = 0; b->tangents && t < 2; t++)
-      b->tangents[(2 * k + t) * b->stride + place] = b->slopes[point * SLOPE_WIDTH + t * SLOPE_SECOND + nth];
+      b->tangents[(2 * k + t) * b->stride + place] =
+          b->slopes[(size_t)point * SLOPE_WIDTH + t * SLOPE_SECOND + nth];
   }
 }
 

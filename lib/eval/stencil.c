@@ -18,7 +18,7 @@ static inline __attribute__((always_inline)) void sum_values(const tw_stencil_jo
   const tw_stencil *s = job->stencil;
   const float *weights = s->values + point;
   tw_point even[WIDTH_MAX] = {{0}}, odd[WIDTH_MAX] = {{0}};
-  for (size_t k = 0; k < s->control_count; k += 2, weights += 2 * s->stride) {
+  for (size_t k = 0; k < s->control_count; k += 2, weights += 2 * (size_t)s->stride) {
     tw_point one = load(weights), other = load(weights + s->stride);
     for (size_t c = 0; c < width; c++) {
       even[c] += one * job->controls[k][c];
@@ -33,7 +33,7 @@ static inline void sum_crosses(const tw_stencil_job *job, size_t point, tw_point
   const tw_stencil *s = job->stencil;
   const float *weights = s->tangents + point;
   tw_point a[3] = {{0}}, b[3] = {{0}};
-  for (size_t k = 0; k < s->control_count; k++, weights += 2 * s->stride) {
+  for (size_t k = 0; k < s->control_count; k++, weights += 2 * (size_t)s->stride) {
     tw_point one = load(weights), other = load(weights + s->stride);
     for (size_t c = 0; c < 3; c++) {
       a[c] += one * job->controls[k][c];

@@ -94,7 +94,7 @@ tw_status tw_skin_refine_levels(const tw_shallow *levels, const tw_influences *c
 
 /* Bytes of these rows. */
 static inline size_t tw_skin_level_size(const tw_shallow *levels, uint32_t width) {
-  return tw_shallow_points(levels) * 2 * (size_t)width * sizeof(float);
+  return 2 * (size_t)tw_shallow_points(levels) * width * sizeof(float);
 }
 
 #endif

@@ -233,8 +233,8 @@ static void values(tw_surface_reader *r, const tw_values *values, const tw_block
 
 static void put_slopes(tw_surface_reader *r, uint32_t k, uint8_t frame, const tw_point points[2],
                        const tw_point uvs[2]) {
-  memcpy(r->slopes[0] + TW_DERIVATIVE_WIDTH * k, points, 2 * sizeof *points);
-  memcpy(r->slopes[1] + TW_DERIVATIVE_WIDTH * k, uvs, 2 * sizeof *uvs);
+  memcpy(r->slopes[0] + TW_DERIVATIVE_WIDTH * (size_t)k, points, 2 * sizeof *points);
+  memcpy(r->slopes[1] + TW_DERIVATIVE_WIDTH * (size_t)k, uvs, 2 * sizeof *uvs);
   r->frames[k] = frame;
 }
 
