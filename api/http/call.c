@@ -133,7 +133,7 @@ void api_hex(const uint8_t *bytes, size_t count, char *out) {
 /* The tag depends on the coding: coded bytes differ. */
 static const char *coded_etag(api_call *call, const char *id, const char *representation, api_coding coding,
                               const char *canonical) {
-  enum { DIGEST = 8 };
+  enum { DIGEST = 8, HEX = 2 * DIGEST };
   static const char *const suffixes[] = {[API_CODING_NONE] = "",
                                          [API_CODING_GZIP] = "+gzip",
                                          [API_CODING_ZSTD] = "+zstd",
@@ -147,13 +147,13 @@ static const char *coded_etag(api_call *call, const char *id, const char *repres
   /* Another version may produce other bytes for the same request. */
   sha256_update(&hash, strlen(tw_version()), (const uint8_t *)tw_version());
   sha256_digest(&hash, sizeof digest, digest);
-  char *tag = tw_arena_alloc_raw(call->arena, strlen(id) + 2 * DIGEST + sizeof "\"-\"", 1), *end = tag;
+  char *tag = tw_arena_alloc_raw(call->arena, strlen(id) + HEX + sizeof "\"-\"", 1), *end = tag;
   if (!tag) return NULL;
   *end++ = '"';
   end = stpcpy(end, id);
   *end++ = '-';
   api_hex(digest, DIGEST, end);
-  strcpy(end + 2 * DIGEST, "\"");
+  strcpy(end + HEX, "\"");
   return tag;
 }
 

@@ -30,7 +30,7 @@ tw_status api_names_read(const api_value *array, uint32_t count, const char *kin
  * TW_INVALID. */
 tw_status api_name_find(const api_value *value, const api_names *all, uint32_t *out);
 
-/* Reads {"source node": "target node" or null} into the map of a tw_retarget_wish. TW_LIMIT. */
-tw_status api_bone_map_read(void *wish, const api_value *object);
+/* Reads {"source node": "target node" or null} into the map of a tw_retarget_wish, the context. TW_LIMIT. */
+tw_status api_bone_map_read(void *context, const api_value *object);
 
 #endif

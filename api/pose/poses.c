@@ -50,7 +50,7 @@ static api_outcome check_size(api_call *call, const api_pose_request *request) {
 static uint64_t bound_pose(const api_pose_request *request) {
   uint64_t numbers = api_pose_numbers(request);
   if (request->form == API_POSE_BIN) return numbers * sizeof(float);
-  uint64_t size = numbers * TW_FLOAT_TEXT + 2 * TW_NUMBER_TEXT;
+  uint64_t size = numbers * TW_FLOAT_TEXT + (uint64_t)2 * TW_NUMBER_TEXT;
   if (request->form != API_POSE_CSV) return size;
   return size + 2 * ((uint64_t)request->node_count * TW_NUMBER_TEXT + count_name_bytes(request));
 }

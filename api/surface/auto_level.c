@@ -103,7 +103,7 @@ static tw_status show_places(showing *s, uint32_t node, const float world[16]) {
   for (uint64_t first = 0; first < count; first += PLACES_AT_ONCE) {
     float places[PLACES_AT_ONCE][16];
     uint32_t some = count - first < PLACES_AT_ONCE ? (uint32_t)(count - first) : PLACES_AT_ONCE;
-    if (!tw_work(some * PLACE_WORK)) return TW_CANCELLED;
+    if (!tw_work((uint64_t)some * PLACE_WORK)) return TW_CANCELLED;
     tw_node_places(model, node, world, (uint32_t)first, some, places);
     for (uint32_t i = 0; i < some; i++) {
       widen_placed(&s->all, &s->boxes[mesh], places[i]);

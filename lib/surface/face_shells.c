@@ -130,7 +130,7 @@ static void join_rim(const base *b, const uint8_t *shown, edge_faces *edges, uin
 static bool join_faces(const base *b, const uint8_t *shown, edge_faces *edges, uint32_t *sets) {
   tw_union_find_init(sets, all_faces(b));
   for (uint32_t c = 0; c < b->corner_count; c++) {
-    if (c % CORNERS_AT_ONCE == 0 && !tw_work(CORNERS_AT_ONCE * STEPS_A_CORNER)) return false;
+    if (c % CORNERS_AT_ONCE == 0 && !tw_work((uint64_t)CORNERS_AT_ONCE * STEPS_A_CORNER)) return false;
     uint32_t face = face_of_corner(b, c);
     if (!shown[face]) continue;
     bool is_against;
