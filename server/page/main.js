@@ -142,9 +142,18 @@ function drawLarge() {
 
 // ---- loading ----
 
+/** Takes away what is shown of a model, in the picture and beside it. */
 function clear() {
   viewport.setCage(null);
   viewport.clearModel();
+  timeline.open(null, null);
+  rotation.open();
+  clipPanel.open([]);
+  outliner.open(null);
+  sculpt.leave();
+  document.title = 'tweend';
+  byId('view').setAttribute('aria-label', 'No model');
+  delete byId('view').dataset.level;
 }
 
 const blank = make('div', { className: 'empty', role: 'status', hidden: true });
@@ -191,10 +200,7 @@ async function openModel() {
   delete byId('view').dataset.opening;
   if (!id) {
     if (models.first()) change({ model: models.first() });
-    else {
-      timeline.open(null, null);
-      byId('empty').hidden = false;
-    }
+    else byId('empty').hidden = false;
     return;
   }
   byId('empty').hidden = true;
@@ -238,9 +244,11 @@ async function openModel() {
   setTimeout(() => keepThumbnail(id), THUMBNAIL_AFTER);
 }
 
+/** Keeps a picture of a model, without what hands mark on it. */
 async function keepThumbnail(id) {
   if (model?.id !== id || !shown || models.lineages.pictures[id]) return;
-  models.keepPicture(id, await viewport.picture(THUMBNAIL));
+  if (edit.hasMarks) setTimeout(() => keepThumbnail(id), THUMBNAIL_AFTER);
+  else models.keepPicture(id, await viewport.picture(THUMBNAIL));
 }
 
 /** After a level that was refused, cancelled or broken: the picture that is there, else the control mesh, else a word. */
