@@ -146,7 +146,7 @@ function drawLarge() {
 function clear() {
   viewport.setCage(null);
   viewport.clearModel();
-  timeline.open(null, null);
+  timeline.empty();
   rotation.open();
   clipPanel.open([]);
   outliner.open(null);
@@ -170,6 +170,7 @@ const again = ['Try again', () => openModel()];
 
 function sayUnknown() {
   clear();
+  timeline.expect(false);
   const other = models.first();
   sayBlank('The model cannot be opened', again, ...(other && other !== state('model') ? [['Another model', () => openOther(other)]] : []));
 }
@@ -200,7 +201,10 @@ async function openModel() {
   delete byId('view').dataset.opening;
   if (!id) {
     if (models.first()) change({ model: models.first() });
-    else byId('empty').hidden = false;
+    else {
+      timeline.expect(false);
+      byId('empty').hidden = false;
+    }
     return;
   }
   byId('empty').hidden = true;
@@ -215,6 +219,7 @@ async function openModel() {
       if (state('level') === 'auto') change({ level });
     }
     model = described;
+    timeline.expect(model.clips.length > 0 || state('borrowed') !== ''); // before the first picture, which would be drawn again in another size
     showOverlays();
     models.tell(model);
   } catch (error) {
@@ -382,4 +387,5 @@ if (state('beside')) beside.open();
 models.load();
 await models.known;
 if (!state('model') && models.first()) change({ model: models.first() });
+else if (!state('model')) timeline.expect(false);
 else if (!model && !blank.hidden) sayUnknown(); // others are known now

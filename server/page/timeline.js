@@ -50,9 +50,20 @@ export class Timeline {
     this.show();
   }
 
+  /** Takes away what the bar tells of a clip. Its place stays, so that the picture keeps its size until the next one. */
+  empty() {
+    byId('timeline').setAttribute('aria-busy', true);
+  }
+
+  /** Keeps a place for the bar where a clip will be opened. */
+  expect(isWanted) {
+    byId('timeline').hidden = !isWanted;
+  }
+
   /** Shows the clips that a model can play; the bar is hidden where there are none. */
   open(model, clip, clips) {
-    byId('timeline').hidden = !clip;
+    this.expect(Boolean(clip));
+    byId('timeline').setAttribute('aria-busy', false);
     this.tracks = this.report = null;
     this.mark();
     if (!clip) return;

@@ -192,6 +192,25 @@ visits('a file whose opening was cancelled opens when it is given again', {}, as
   assert.ok(await blank(visit).isHidden());
 });
 
+visits('from the first on the picture has the size that it keeps beside the player’s bar', { isAlone: true }, async (visit) => {
+  const { page } = visit;
+  await page.addInitScript(() => {
+    const { set, ...others } = Object.getOwnPropertyDescriptor(HTMLCanvasElement.prototype, 'height');
+    window.heights = new Set();
+    Object.defineProperty(HTMLCanvasElement.prototype, 'height', { ...others, set(height) {
+      if (this.id === 'view') window.heights.add(height);
+      set.call(this, height);
+    } });
+  });
+  for (const width of [1280, 800]) {
+    await page.setViewportSize({ width, height: 640 });
+    await page.reload();
+    await visit.level(2);
+    assert.ok(await page.getByRole('button', { name: 'Play' }).isVisible());
+    assert.equal(await page.evaluate(() => window.heights.size), 1, `${width} pixels wide`);
+  }
+});
+
 visits('nothing of the former model stays beside one that cannot be opened', { first: 'tank.json', refused: [404] }, async (visit) => {
   await visit.level(2);
   const { page } = visit;
