@@ -69,6 +69,14 @@ visits('a kit is dropped as a folder: each model comes with the textures that it
   await visit.wait(() => document.getElementById('facts').textContent && /^(leaf|twig)/.test(document.getElementById('subject').textContent));
   await visit.tab('Surface');
   assert.match(await visit.page.locator('.outliner').textContent(), /textured/);
+
+  const decoded = [];
+  visit.page.on('request', (request) => request.url().startsWith('blob:') && decoded.push(request.url()));
+  await visit.tab('Models');
+  await visit.page.locator('.model:not([aria-current])', { hasText: /(leaf|twig)\.glb/ }).click();
+  await visit.tab('Edit');
+  await visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
+  assert.equal(decoded.length, 1, 'the texture is decoded for the surface, not for the cage too');
 });
 
 visits('a daemon that is busy is told of, and a file that it puts off is sent again by a click', { refused: [503] }, async (visit) => {
