@@ -43,6 +43,7 @@ const animation = new Animation(viewport, (time) => {
   if (!animation.playing && !animation.live && state('tab') === 'scripts') scripts.show();
 });
 const timeline = new Timeline(animation);
+timeline.onReport = (report) => viewport.setCarrier(report?.root.node);
 const models = new Models(panes.models);
 const steps = new Steps(viewport);
 const surface = new SurfacePanel(panes.surface);
@@ -99,6 +100,7 @@ function frameAnew() {
 }
 
 viewport.onView = () => note('view', viewport.view);
+viewport.onCarrier = () => framed && frame();
 
 // ---- what is shown ----
 

@@ -13,6 +13,7 @@ const iconOf = (name) => icon(ICONS[name], { isFilled: true });
 export class Timeline {
   constructor(animation) {
     this.animation = animation;
+    this.onReport = () => {}; // called with what the daemon reports of the opened clip, undefined where it does not
     this.play = make('button', { className: 'play', 'aria-label': 'Play', onclick: () => this.toggle() }, iconOf('play'));
     this.range = make('input', { type: 'range', min: 0, step: 'any', 'aria-label': 'Time' });
     this.range.addEventListener('input', () => animation.seek(Number(this.range.value)));
@@ -81,6 +82,7 @@ export class Timeline {
     if (this.animation.clip !== clip) return;
     this.tracks = [...tracks, ...others];
     this.report = report;
+    this.onReport(report);
     this.mark();
   }
 
