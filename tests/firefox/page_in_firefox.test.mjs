@@ -10,9 +10,7 @@ import puppeteer from 'puppeteer-core';
 import { PATIENCE_MS } from '../browser/chromium.mjs';
 import { drop, PYRAMID } from '../browser/page_driver.mjs';
 import { scan } from '../browser/scan.mjs';
-import { biped } from '../node/biped.mjs';
 import { Daemon } from '../node/daemon.mjs';
-import { mocap } from '../node/mocap.mjs';
 
 const daemon = new Daemon(['--sample']);
 let browser;
@@ -124,20 +122,6 @@ test('a noisy scan is made clean by one click, which Ctrl+Z takes back', async (
   await visit.page.keyboard.press('z');
   await visit.page.keyboard.up('Control');
   await shows(visit, 'scan.obj');
-  await end(visit);
-});
-
-test('a BVH that is dropped beside a character plays on it', async () => {
-  const visit = await open('');
-  await shows(visit, 'tank.json');
-  await drop(visit, { 'figure.gltf': biped({ names: 'mixamo' }) });
-  await shows(visit, 'figure.gltf');
-  await says(visit, 'Level');
-  await drop(visit, { 'walk.bvh': mocap(30).text });
-  await visit.wait(() => /clip=[0-9a-f]{32}/.test(location.hash) && document.querySelectorAll('.sentences li').length > 0);
-  await by(visit, 'button', 'Play').click();
-  await visit.wait(() => parseFloat(document.querySelector('.clock').textContent) > 0.1);
-  assert.equal(await visit.page.$eval('#subject', ({ textContent }) => textContent), 'figure.gltf');
   await end(visit);
 });
 
