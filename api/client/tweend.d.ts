@@ -18,6 +18,8 @@ export interface Abortable {
   signal?: AbortSignal;
   /** In place of the client's `retries`. */
   retries?: number;
+  /** Called when the daemon puts off, with the seconds until it is asked again. */
+  onWait?(seconds: number): void;
 }
 
 export interface UploadOptions extends Abortable {
@@ -67,7 +69,7 @@ export class Tweend {
   retries: number;
 
   /** Fetches a path below `base`, or a URL. Throws a TweendError for an error answer. */
-  request(path: string, init?: RequestInit & { retries?: number }): Promise<Response>;
+  request(path: string, init?: RequestInit & Pick<Abortable, "retries" | "onWait">): Promise<Response>;
   /** The URL of a path below `base`. */
   url(path: string): string;
   /** Signs the URL of a GET, so that it needs no key for `seconds`. If this client has no key, returns the absolute URL unsigned. */

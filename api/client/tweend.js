@@ -189,7 +189,7 @@ export class Tweend {
   }
 
   /** Sends what `send` sends until the daemon does not put it off any more. */
-  async #insist(url, send, { method = 'GET', signal, retries = this.retries }) {
+  async #insist(url, send, { method = 'GET', signal, retries = this.retries, onWait }) {
     for (let tried = 0; ; tried++) {
       const response = await send();
       const wait = tried < retries && url.startsWith(this.base) ? pauseAfter(response, method, tried) : undefined;
@@ -198,6 +198,7 @@ export class Tweend {
         return checked(response);
       }
       await response.body?.cancel();
+      onWait?.(wait / 1000);
       await pause(wait, signal);
       signal?.throwIfAborted();
     }

@@ -112,7 +112,7 @@ export class Animation {
     this.controller?.abort();
     this.pause();
     this.unfollow();
-    this.player = this.other = this.clip = null;
+    this.player = this.other = this.clip = this.model = null;
     this.shown = undefined;
   }
 

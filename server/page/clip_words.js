@@ -3,6 +3,7 @@ import { fixed, plural } from './dom.js';
 
 const SEAMLESS = 2;    // degrees between the first and the last pose that nobody sees
 const NOISY = 0.15;    // degrees of jitter that are seen
+const RETURNS = 0.01;  // metres between the first and the last place that are no way
 const MOST = 5;        // entries of a list that are shown
 const SLIDES = 0.01;   // of a contact's figure: less is no slide
 
@@ -16,7 +17,9 @@ export function sentencesOf({ loop, root, still, feet, contacts, noise, pops }, 
   const say = (mark, text, time) => list.push({ mark, text, time });
   if (loop.angle <= SEAMLESS && loop.distance < 0.01) say('good', 'Loops without a seam.');
   else say(loop.angle < 15 ? 'fair' : 'bad', `Does not loop: between its end and its start ${loop.node ?? 'it'} leaps by ${degrees(loop.angle)}${loop.distance >= 0.01 ? ` and ${length(loop.distance)}` : ''}.`, 0);
-  if (root.node && root.speed > 0.01) say('', `${root.node} goes ${length(root.distance)} at ${fixed(root.speed, 2)} m/s${Math.abs(root.turn) >= 5 ? ` and turns by ${degrees(root.turn)}` : ''}.`);
+  const turns = Math.abs(root.turn) >= 5 ? ` and turns by ${degrees(root.turn)}` : '';
+  if (root.node && root.speed > 0.01 && root.distance < RETURNS) say('', `${root.node} moves at ${fixed(root.speed, 2)} m/s and ends where it began${turns}.`);
+  else if (root.node && root.speed > 0.01) say('', `${root.node} goes ${length(root.distance)} at ${fixed(root.speed, 2)} m/s${turns}.`);
   else say('', 'Stays in its place.');
   const worst = [...contacts].sort((a, b) => b.slide - a.slide)[0];
   if (worst) say(worst.slide < SLIDES ? 'good' : 'bad', `Feet touch the ground ${plural(contacts.length, 'time')}; ${worst.slide < SLIDES ? 'none slides' : `${worst.node} slides by ${length(worst.slide)}`}.`, worst.from);

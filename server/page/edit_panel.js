@@ -190,6 +190,11 @@ export class EditPanel {
 
   // ---- selecting ----
 
+  /** Whether the selection, or an edit that a hand makes, is marked in the picture. */
+  get hasMarks() {
+    return this.picker.isOn && (!this.selection.isEmpty || this.tools.gesture !== null);
+  }
+
   choose(kind) {
     this.selection.choose(kind);
     press(this.kinds, (name) => name === kind);

@@ -23,18 +23,22 @@ export function fieldsOf(parameters, about, use = () => {}) {
       return { name, read: () => list.value, label: labelled(list) };
     }
     const input = make('input', { type: 'text', 'aria-label': label, value: [value].flat().join(', '), autocomplete: 'off',
-      oninput: () => tell(''), onkeydown: (event) => event.key === 'Enter' && use() });
+      oninput: () => tell(''), onchange: () => check(), onkeydown: (event) => event.key === 'Enter' && use() });
     const tell = (fault) => {
       input.setCustomValidity(fault);
       input.setAttribute('aria-invalid', fault !== '');
     };
     const wanted = [value].flat().length;
-    const read = () => {
+    const check = () => {
       const numbers = numbersOf(input.value);
       const isGood = numbers.length === wanted && numbers.every(Number.isFinite);
       tell(isGood ? '' : wanted === 1 ? 'A number is expected.' : `${wanted} numbers are expected.`);
-      if (!isGood) input.reportValidity();
       return isGood ? (Array.isArray(value) ? numbers : numbers[0]) : undefined;
+    };
+    const read = () => {
+      const given = check();
+      if (given === undefined) input.reportValidity();
+      return given;
     };
     return { name, read, label: labelled(input) };
   });

@@ -15,17 +15,24 @@ export class Floor {
     this.texture = Object.assign(new CanvasTexture(this.canvas), { minFilter: LinearFilter, generateMipmaps: false }); // it is blurred anyway
     this.object = new Mesh(new PlaneGeometry(1, 1).rotateX(-Math.PI / 2), new MeshBasicMaterial({ map: this.texture, transparent: true, depthWrite: false }));
     this.object.visible = false;
+    this.rest = new Vector3();
     this.drawn = 0;
   }
 
-  /** Puts the floor under what is in a box. */
-  place(box) {
+  /** Puts the floor under what is in a box. moved: how far that is from its place at rest. */
+  place(box, moved) {
     const size = box.getSize(new Vector3());
     const side = Math.max(size.x, size.z, size.y / 2, 1e-6) * WIDE;
     box.getCenter(this.object.position);
     this.object.position.y = box.min.y - side * 0.004; // below what is flat
     this.object.scale.setScalar(side);
+    this.rest = this.object.position.clone().sub(moved);
     this.drawn = 0;
+  }
+
+  /** Keeps the floor below what a clip has moved so far, at its height. */
+  follow({ x, z }) {
+    Object.assign(this.object.position, { x: this.rest.x + x, z: this.rest.z + z });
   }
 
   /** Draws the shadow of meshes; seldom, while they move. Returns whether it did. */

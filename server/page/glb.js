@@ -1,8 +1,10 @@
 // Parses GLBs for the viewport.
-import { Color } from 'three';
+import { Color, MeshBasicMaterial } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
 const loader = new GLTFLoader();
+// A cage has lines in place of materials: their textures are not decoded for it.
+const cageLoader = new GLTFLoader().register(() => ({ name: 'no materials', loadMaterial: async () => new MeshBasicMaterial() }));
 
 /** Gives the loader meshopt's decoder, which compiles WebAssembly as soon as it is evaluated, for a GLB that names it. */
 async function prepare(buffer) {
@@ -27,10 +29,10 @@ function namesAbove(object, { associations, json }) {
 
 /** Parses a GLB into {scene, nodes: objects by the file's node names, bearers: [object, index of its mesh] for the nodes with
  *  a mesh, in the file's order, morphs: [{names: of the node, object: a mesh with morph targets, rest: their weights}],
- *  materials: their looks, parser: the loader's}. */
-export async function parse(buffer) {
+ *  materials: their looks, parser: the loader's}. isCage: the materials do not matter. */
+export async function parse(buffer, { isCage = false } = {}) {
   await prepare(buffer);
-  const gltf = await loader.parseAsync(buffer, '');
+  const gltf = await (isCage ? cageLoader : loader).parseAsync(buffer, '');
   const nodes = new Map();
   const bearers = [];
   const morphs = [];

@@ -43,6 +43,7 @@ const animation = new Animation(viewport, (time) => {
   if (!animation.playing && !animation.live && state('tab') === 'scripts') scripts.show();
 });
 const timeline = new Timeline(animation);
+timeline.onReport = (report) => viewport.setCarrier(report?.root.node);
 const models = new Models(panes.models);
 const steps = new Steps(viewport);
 const surface = new SurfacePanel(panes.surface);
@@ -99,6 +100,7 @@ function frameAnew() {
 }
 
 viewport.onView = () => note('view', viewport.view);
+viewport.onCarrier = () => framed && frame();
 
 // ---- what is shown ----
 
@@ -142,9 +144,18 @@ function drawLarge() {
 
 // ---- loading ----
 
+/** Takes away what is shown of a model, in the picture and beside it. */
 function clear() {
   viewport.setCage(null);
   viewport.clearModel();
+  timeline.empty();
+  rotation.open();
+  clipPanel.open([]);
+  outliner.open(null);
+  sculpt.leave();
+  document.title = 'tweend';
+  byId('view').setAttribute('aria-label', 'No model');
+  delete byId('view').dataset.level;
 }
 
 const blank = make('div', { className: 'empty', role: 'status', hidden: true });
@@ -161,6 +172,7 @@ const again = ['Try again', () => openModel()];
 
 function sayUnknown() {
   clear();
+  timeline.expect(false);
   const other = models.first();
   sayBlank('The model cannot be opened', again, ...(other && other !== state('model') ? [['Another model', () => openOther(other)]] : []));
 }
@@ -192,7 +204,7 @@ async function openModel() {
   if (!id) {
     if (models.first()) change({ model: models.first() });
     else {
-      timeline.open(null, null);
+      timeline.expect(false);
       byId('empty').hidden = false;
     }
     return;
@@ -209,6 +221,7 @@ async function openModel() {
       if (state('level') === 'auto') change({ level });
     }
     model = described;
+    timeline.expect(model.clips.length > 0 || state('borrowed') !== ''); // before the first picture, which would be drawn again in another size
     showOverlays();
     models.tell(model);
   } catch (error) {
@@ -238,9 +251,11 @@ async function openModel() {
   setTimeout(() => keepThumbnail(id), THUMBNAIL_AFTER);
 }
 
+/** Keeps a picture of a model, without what hands mark on it. */
 async function keepThumbnail(id) {
   if (model?.id !== id || !shown || models.lineages.pictures[id]) return;
-  models.keepPicture(id, await viewport.picture(THUMBNAIL));
+  if (edit.hasMarks) setTimeout(() => keepThumbnail(id), THUMBNAIL_AFTER);
+  else models.keepPicture(id, await viewport.picture(THUMBNAIL));
 }
 
 /** After a level that was refused, cancelled or broken: the picture that is there, else the control mesh, else a word. */
@@ -374,4 +389,5 @@ if (state('beside')) beside.open();
 models.load();
 await models.known;
 if (!state('model') && models.first()) change({ model: models.first() });
+else if (!state('model')) timeline.expect(false);
 else if (!model && !blank.hidden) sayUnknown(); // others are known now

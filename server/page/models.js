@@ -44,7 +44,7 @@ export class Models {
     this.more = make('button', { className: 'quiet wide', hidden: true, onclick: () => this.load(true) }, 'More');
     panel.append(
       make('div', { className: 'row' }, make('h2', {}, 'Models'), make('span', { className: 'space' }), this.uploads.button, this.uploads.input),
-      make('p', { className: 'dim' }, 'Drop files anywhere: GLB, glTF with its files, OBJ, STL, PLY, BVH, VRM, tweend JSON.'),
+      make('p', { className: 'dim' }, 'Drop files or a folder anywhere: GLB, glTF with its files, OBJ, STL, PLY, BVH, VRM, tweend JSON.'),
       this.uploads.progress, this.warnings, this.search, this.gone, this.list, this.more);
     addEventListener('pagehide', () => this.finishRemoval());
     watch((names) => {

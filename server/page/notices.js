@@ -6,7 +6,7 @@ import { byId, make } from './dom.js';
 import { watch } from './state.js';
 
 /** Whether an error means that a request got no answer, in the words of browsers. */
-const isUnanswered = (error) => error instanceof TypeError && /fetch|network|load failed/i.test(error.message);
+const isUnanswered = (error) => error instanceof TypeError && /fetch|network|load failed|upload failed/i.test(error.message);
 
 /** An error as a list of elements: title, detail, places. */
 export function explain(error) {
@@ -23,7 +23,7 @@ export function explain(error) {
 }
 
 /** Whether the same request may succeed later, or with a key: nothing is wrong with what it asks. */
-export const mayPass = (error) => isUnanswered(error) || error.status >= 500 || error.status === 401;
+export const mayPass = (error) => isUnanswered(error) || error.status >= 500 || [401, 429].includes(error.status);
 
 const isAbort = (error) => error?.name === 'AbortError';
 

@@ -20,7 +20,7 @@ export function firstLevel(model) {
 const uncompressed = (options) => (options.encoding === 'meshopt' ? { ...options, encoding: 'float' } : options);
 
 export class Opening {
-  /** count(model, options, {signal}), load(model, options, {signal, onProgress}) and parse(bytes) are for a surface as GLB;
+  /** count(model, options, {signal}), load(model, options, {signal, onProgress}) and parse(bytes, {isCage}) are for a surface as GLB;
    *  confirm(bytes, level) asks whether so much is wanted. */
   constructor({ count, load, parse, confirm }) {
     Object.assign(this, { count, load, parse, confirm, counted: null });
@@ -63,6 +63,6 @@ export class Opening {
   /** The control mesh, parsed: its polygons and creases, without clips. */
   async cage(model, { details, quads, creases }, { signal }) {
     const { blob } = await this.load(model, { level: 0, normals: 'none', polygons: 'ngon', clip: 'none', details, quads, creases }, { signal });
-    return this.parse(await blob.arrayBuffer());
+    return this.parse(await blob.arrayBuffer(), { isCage: true });
   }
 }

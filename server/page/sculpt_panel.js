@@ -71,7 +71,7 @@ export class SculptPanel {
       make('button', { className: 'small', onclick: () => change(firstOf(RULES)) }, 'Show it so'));
     this.levels = make('div', {}, make('p', { className: 'dim' }, 'Drag the surface: its level takes the new places, all other levels follow.'),
       levelSlider, check(this.details, 'Details of the levels'));
-    this.unfit = make('p', { className: 'dim' }, 'Open a model, or make a shape.');
+    this.unfit = make('p', { className: 'dim' });
     this.body = make('div', {},
       make('div', { className: 'row brushes', role: 'group', 'aria-label': 'Brush' }, ...this.tools), this.hint,
       slider('Radius', this.reach, this.length), this.forces,
@@ -96,7 +96,7 @@ export class SculptPanel {
       if (names.has('tab') || RULES.some((name) => names.has(name))) this.show();
     });
     this.use('grab');
-    this.show();
+    this.leave();
   }
 
   use(tool) {
@@ -136,6 +136,12 @@ export class SculptPanel {
     [this.queue, this.stored] = [[], []];
     if (!isStep()) Object.assign(this, { picked: null, wanted: { index: -1 } });
     this.bearers = [];
+    this.show();
+  }
+
+  /** Shows that there is no surface. */
+  leave() {
+    this.unfit.textContent = 'Open a model, or make a shape.';
     this.show();
   }
 

@@ -13,6 +13,7 @@ const iconOf = (name) => icon(ICONS[name], { isFilled: true });
 export class Timeline {
   constructor(animation) {
     this.animation = animation;
+    this.onReport = () => {}; // called with what the daemon reports of the opened clip, undefined where it does not
     this.play = make('button', { className: 'play', 'aria-label': 'Play', onclick: () => this.toggle() }, iconOf('play'));
     this.range = make('input', { type: 'range', min: 0, step: 'any', 'aria-label': 'Time' });
     this.range.addEventListener('input', () => animation.seek(Number(this.range.value)));
@@ -50,9 +51,20 @@ export class Timeline {
     this.show();
   }
 
+  /** Takes away what the bar tells of a clip. Its place stays, so that the picture keeps its size until the next one. */
+  empty() {
+    byId('timeline').setAttribute('aria-busy', true);
+  }
+
+  /** Keeps a place for the bar where a clip will be opened. */
+  expect(isWanted) {
+    byId('timeline').hidden = !isWanted;
+  }
+
   /** Shows the clips that a model can play; the bar is hidden where there are none. */
   open(model, clip, clips) {
-    byId('timeline').hidden = !clip;
+    this.expect(Boolean(clip));
+    byId('timeline').setAttribute('aria-busy', false);
     this.tracks = this.report = null;
     this.mark();
     if (!clip) return;
@@ -70,6 +82,7 @@ export class Timeline {
     if (this.animation.clip !== clip) return;
     this.tracks = [...tracks, ...others];
     this.report = report;
+    this.onReport(report);
     this.mark();
   }
 

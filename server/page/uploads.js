@@ -1,12 +1,29 @@
 // Uploads: by a file dialog, or by dropping files anywhere.
 import { tweend, withKey } from './client.js';
 import { byId, bytes, make } from './dom.js';
-import { explain } from './notices.js';
+import { explain, mayPass } from './notices.js';
 import { change, openOther } from './state.js';
 
 const ASIDES = /\.(mtl|png|jpe?g|webp|tga|bmp|tiff?)$/i; // files that an OBJ refers to
+const GLTF = /\.(glb|gltf|vrma?)$/i;
 const MODELS = /\.(glb|gltf|vrma?|obj|stl|ply|bvh|json)$/i;
 const SUFFIXES = '.glb,.gltf,.bin,.png,.jpg,.jpeg,.webp,.vrm,.vrma,.obj,.stl,.ply,.bvh,.json';
+
+/** The files that an entry of a file system is or, as a folder, holds. */
+async function filesOf(entry) {
+  if (entry.isFile) return [await new Promise((resolve, reject) => entry.file(resolve, reject))];
+  const reader = entry.createReader();
+  const read = () => new Promise((resolve, reject) => reader.readEntries(resolve, reject)); // some at a time, then none
+  const found = [];
+  for (let some = await read(); some.length > 0; some = await read()) found.push(...some);
+  return (await Promise.all(found.map(filesOf))).flat();
+}
+
+/** The files that were dropped, and those in dropped folders. */
+async function filesIn({ items }) {
+  const found = [...items].filter(({ kind }) => kind === 'file').map((item) => item.webkitGetAsEntry() ?? item.getAsFile()); // all at once: the items last as long as the event
+  return (await Promise.all(found.map((one) => (one instanceof File ? [one] : filesOf(one))))).flat();
+}
 
 export class Uploads {
   /** onStored(model) is awaited for each model that was stored; if it resolves with true, the model is not opened. */
@@ -41,23 +58,26 @@ export class Uploads {
       event.preventDefault();
       depth = 0;
       drop.hidden = true;
-      this.take([...event.dataTransfer.files]);
+      filesIn(event.dataTransfer).then((files) => this.take(files), (error) => this.note('The files cannot be read', ...explain(error)));
     });
   }
 
-  /** Uploads files: together as one model when one of several is a glTF, or when all but one GLB are no models, else
-   *  as one model each. Leaves out the material files of an OBJ. */
-  take(files) {
-    const asides = files.some(({ name }) => /\.obj$/i.test(name)) ? files.filter(({ name }) => ASIDES.test(name)) : [];
-    if (asides.length > 0) {
-      const names = asides.map(({ name }) => name).join(', ');
+  /** Uploads files as one model each, a glTF together with the files that are no models, which it may name. Leaves out the
+   *  material files of an OBJ. What was said of files before goes. */
+  take(given) {
+    for (const note of this.progress.querySelectorAll('.problem')) note.remove();
+    const hasObj = given.some(({ name }) => /\.obj$/i.test(name));
+    const isAside = ({ name }) => hasObj && ASIDES.test(name);
+    const files = given.filter((file) => !isAside(file));
+    if (files.length < given.length) {
+      const names = given.filter(isAside).map(({ name }) => name).join(', ');
       this.note(`Left out: ${names}`, make('p', {}, 'Of an OBJ the names of its materials are kept, not their colours and textures. Export GLB to keep those.'));
-      return this.take(files.filter((file) => !asides.includes(file)));
     }
-    const models = files.filter(({ name }) => MODELS.test(name));
-    const main = files.find(({ name }) => /\.gltf$/i.test(name)) ?? (models.length === 1 && /\.glb$/i.test(models[0].name) ? models[0] : null);
-    if (main && files.length > 1) return this.#send(files, main.name);
-    return files.reduce((before, file) => before.then(() => this.#send(file, file.name)), Promise.resolve());
+    const isGltf = ({ name }) => GLTF.test(name);
+    const named = files.some(isGltf) ? files.filter(({ name }) => !MODELS.test(name)) : [];
+    const models = files.filter((file) => !named.includes(file));
+    const send = (model) => this.#send(named.length > 0 && isGltf(model) ? [model, ...named] : model, model.name);
+    return models.reduce((before, model) => before.then(() => send(model)), Promise.resolve());
   }
 
   async #send(source, name) {
@@ -72,22 +92,29 @@ export class Uploads {
       bar.value = total ? loaded / total : 0;
       said.textContent = loaded < total ? `${bytes(loaded)} of ${bytes(total)}` : 'reading';
     };
+    const onWait = (wait) => (said.textContent = `the daemon is busy, sent again in ${Math.ceil(wait)} s`);
     try {
-      const model = await withKey(() => tweend.upload(source, { name, onProgress, signal: controller.signal }));
+      const model = await withKey(() => tweend.upload(source, { name, onProgress, onWait, signal: controller.signal }));
       row.remove();
       if (!(await this.onStored(model))) openOther(model.id);
     } catch (error) {
       row.remove();
       if (error.name === 'AbortError') return;
-      this.note(`${name} was refused`, ...explain(error), ...(await linesOf(source, error)));
+      const again = () => {
+        note.remove();
+        this.#send(source, name);
+      };
+      const note = this.note(mayPass(error) ? `${name} could not be sent` : `${name} was refused`, ...explain(error), ...(await linesOf(source, error)),
+        mayPass(error) && make('button', { className: 'small', onclick: again }, 'Send again'));
     }
   }
 
-  /** Shows a note above the list until it is closed. */
+  /** Shows a note above the list until it is closed, or other files are given. */
   note(title, ...content) {
-    const note = make('div', { className: 'problem', role: 'alert' }, make('h3', {}, title), ...content);
+    const note = make('div', { className: 'problem', role: 'alert' }, make('h3', {}, title), ...content.filter(Boolean));
     note.prepend(make('button', { className: 'close', 'aria-label': 'Close', onclick: () => note.remove() }, '×'));
     this.progress.append(note);
+    return note;
   }
 }
 

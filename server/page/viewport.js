@@ -93,6 +93,7 @@ export class Viewport {
     this.afterFrame = []; // called once, with the canvas as it was just drawn, fine
     this.onDrawn = []; // called once, when a frame was drawn, be it coarse
     this.onView = () => {}; // called when the user has moved the camera
+    this.onCarrier = () => {}; // called when the camera has another node to follow
     canvas.addEventListener('keydown', (event) => this.key(event));
     canvas.addEventListener('webglcontextrestored', () => {
       if (!this.scene.environment) return this.invalidate();
@@ -298,16 +299,24 @@ export class Viewport {
     }
   }
 
-  /** How far the pose has moved the model's first node from its place in the file. */
+  /** How far the pose has moved the model from its place in the file: the node that carries it, else the first. */
   #moved() {
-    const node = this.model?.scene.children[0];
-    return node ? new Vector3().setFromMatrixPosition(node.matrixWorld).sub(this.model.rest) : new Vector3();
+    const node = this.model && (this.model.nodes.get(this.carrier) ?? this.model.scene.children[0]);
+    return node ? new Vector3().setFromMatrixPosition(node.matrixWorld).sub(this.model.rests.get(node)) : new Vector3();
   }
 
-  /** Moves the camera along with the model's first node, which a clip may move out of the picture. */
+  /** Says which node a clip moves the whole model by. It may be below others that never move, as hips in an armature. */
+  setCarrier(name) {
+    if (name === this.carrier) return;
+    this.carrier = name;
+    this.onCarrier(); // a view is relative to it
+  }
+
+  /** Moves the floor and the camera along with the model, which a clip may move out of the picture. */
   #follow() {
-    if (!this.shown.has('follow')) return;
     const offset = this.#moved();
+    this.floor.follow(offset);
+    if (!this.shown.has('follow')) return;
     const step = offset.clone().sub(this.offset);
     this.offset = offset;
     this.camera.position.add(step);
@@ -387,10 +396,10 @@ export class Viewport {
     });
     if (metal && this.isSoftware) scene.traverse(({ material }) => material?.metalness > DULL && (material.metalness = DULL));
     else if (metal) this.surroundings();
-    const rest = scene.children[0] ? new Vector3().setFromMatrixPosition(scene.children[0].matrixWorld) : null;
+    const rests = new Map([...scene.children, ...nodes.values()].map((object) => [object, new Vector3().setFromMatrixPosition(object.matrixWorld)])); // in the world
     const wireframe = new Wireframe(scene, { quads: level > 0 && scheme !== 'loop' });
     wireframe.setTheme(this.themeName);
-    return { scene, nodes, morphs, plain, wireframe, rest };
+    return { scene, nodes, morphs, plain, wireframe, rests };
   }
 
   #undress({ scene, wireframe }) {
@@ -522,7 +531,7 @@ export class Viewport {
   frame() {
     const places = this.#places();
     const box = new Box3().setFromPoints(places);
-    this.floor.place(box);
+    this.floor.place(box, this.#moved());
     const centre = box.getCenter(new Vector3());
     const radius = Math.max(box.getSize(new Vector3()).length() / 2, 1e-6);
     const direction = this.camera.position.clone().sub(this.controls.target).normalize();

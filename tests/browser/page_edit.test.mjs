@@ -229,3 +229,23 @@ visits('one mesh of several is edited', { hash: `${hash}&show=surface,cage` }, a
   const { meshes } = JSON.parse(await (await fetch(`${daemon.url}/v1/models/${await modeller.id}/source`)).text());
   assert.deepEqual(meshes.map(({ edits }) => edits?.length ?? 0), [0, 1]);
 });
+
+visits('a thumbnail shows a model without what a hand marks on it', { first: 'cube.obj', hash: '#tab=edit' }, async (visit) => {
+  const { page } = visit;
+  await visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
+  await page.locator('#view').press('a');
+  await page.locator('.selected', { hasText: '6 faces' }).waitFor();
+  await page.waitForTimeout(3000); // it would be made after two seconds
+  await visit.tab('Models');
+  const thumbnail = page.locator('.model[aria-current] img.thumbnail');
+  await thumbnail.waitFor();
+  const marked = await thumbnail.evaluate(async (image) => {
+    await image.decode();
+    const canvas = new OffscreenCanvas(image.naturalWidth, image.naturalHeight);
+    const context = canvas.getContext('2d');
+    context.drawImage(image, 0, 0);
+    const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
+    return data.filter((red, i) => i % 4 === 0 && red - data[i + 2] > 60).length;
+  });
+  assert.equal(marked, 0);
+});

@@ -1,7 +1,7 @@
 // The page at /: uploads, long work, downloads, keys, and the lines for scripts.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { copyFileSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createServer, request as ask } from 'node:http';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -53,6 +53,51 @@ visits('files are chosen, a glTF with what it names', {}, async (visit) => {
   await visit.wait(() => document.getElementById('facts').textContent.startsWith('Level 2'));
 });
 
+visits('a kit is dropped as a folder: each model comes with the textures that it names', {}, async (visit) => {
+  await visit.level(2);
+  const folder = join(daemon.folder, 'kit');
+  const cases = join(root, 'tests/node/cases');
+  mkdirSync(join(folder, 'Textures'), { recursive: true });
+  copyFileSync(join(cases, 'swatch.png'), join(folder, 'Textures/swatch.png'));
+  const leaf = readFileSync(join(cases, 'outside-texture.glb'), 'latin1');
+  for (const name of ['leaf', 'twig']) writeFileSync(join(folder, `${name}.glb`), leaf.replace('"leaf"', `"${name}"`), 'latin1');
+  const devtools = await visit.page.context().newCDPSession(visit.page);
+  for (const type of ['dragEnter', 'dragOver', 'drop'])
+    await devtools.send('Input.dispatchDragEvent', { type, x: 300, y: 300, data: { items: [], files: [folder], dragOperationsMask: 1 } });
+  for (const name of ['leaf.glb', 'twig.glb']) await visit.page.locator('.model', { hasText: name }).waitFor();
+  assert.equal(await visit.page.locator('.problem').count(), 0);
+  await visit.wait(() => document.getElementById('facts').textContent && /^(leaf|twig)/.test(document.getElementById('subject').textContent));
+  await visit.tab('Surface');
+  assert.match(await visit.page.locator('.outliner').textContent(), /textured/);
+
+  const decoded = [];
+  visit.page.on('request', (request) => request.url().startsWith('blob:') && decoded.push(request.url()));
+  await visit.tab('Models');
+  await visit.page.locator('.model:not([aria-current])', { hasText: /(leaf|twig)\.glb/ }).click();
+  await visit.tab('Edit');
+  await visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
+  assert.equal(decoded.length, 1, 'the texture is decoded for the surface, not for the cage too');
+});
+
+visits('a daemon that is busy is told of, and a file that it puts off is sent again by a click', { refused: [503] }, async (visit) => {
+  await visit.level(2);
+  const { page } = visit;
+  let left = 1;
+  const busy = { status: 503, contentType: 'application/problem+json', body: JSON.stringify({ status: 503, title: 'Service unavailable', detail: 'too many requests are waiting' }) };
+  await page.route('**/v1/models?name=*', (route) => (left-- > 0 ? route.fulfill({ ...busy, headers: { 'Retry-After': left > 0 ? '40' : '2' } }) : route.continue()));
+  await drop(visit, { 'late.obj': `${PYRAMID}# late` });
+  await page.locator('.upload', { hasText: 'the daemon is busy, sent again in 2 s' }).waitFor();
+  await page.locator('.upload').getByRole('button', { name: 'Cancel' }).click();
+  await page.locator('.upload').waitFor({ state: 'detached' });
+  left = 2; // the first says that it takes longer than a page waits
+  await drop(visit, { 'late.obj': `${PYRAMID}# late` });
+  assert.match(await visit.text('.problem'), /late\.obj could not be sent[^]*503[^]*Try again in 40 s/);
+  left = 0;
+  await page.getByRole('button', { name: 'Send again' }).click();
+  await visit.wait(() => document.getElementById('subject').textContent === 'late.obj');
+  assert.equal(await page.locator('.problem').count(), 0);
+});
+
 visits('a long upload tells how far it is, and can be cancelled', { isAlone: true }, async (visit) => {
   await visit.level(2);
   const network = await visit.page.context().newCDPSession(visit.page);
@@ -78,9 +123,10 @@ visits('a refused file is explained at its place', { refused: [422] }, async (vi
   assert.match(text, /bad\.obj was refused[^]*422[^]*index 9 is out of range: the file has 3 points/);
   assert.match(await visit.text('.problem .here'), /4\s*f 1 2 9/);
   await visit.picture('error');
-  await problem.getByRole('button', { name: 'Close' }).click();
   await drop(visit, { 'bad.json': '{"meshes": [{"positions": [[0, 0, 0]], "faces": [[0, 1, 2]]}]}' });
   await visit.page.getByText('/meshes/0/faces/0/1').first().waitFor();
+  assert.equal(await problem.count(), 1, 'what was said of the first has gone');
+  await problem.getByRole('button', { name: 'Close' }).click();
   await visit.page.getByLabel('Scheme').waitFor({ state: 'attached' });
   await visit.tab('Surface');
   await visit.page.getByLabel('Scheme').selectOption('loop');

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 
 import { biped } from '../node/biped.mjs';
 import { mocap } from '../node/mocap.mjs';
-import { difference, drop, open } from './page_driver.mjs';
+import { covered, difference, drop, open, Visit } from './page_driver.mjs';
 
 const site = open();
 const { daemon, visits } = site;
@@ -314,4 +314,28 @@ visits('curves have axes, seek at a click, and the picture chooses the node', { 
   await visit.drawn();
   assert.ok(difference(without, await visit.pixels()) > 0.0002, 'its way is seen');
   await visit.picture('curves');
+});
+
+visits('camera and floor follow the node that a clip moves a model by, below a root that stays', { first: 'cube.obj', hash: '#show=surface,floor,follow' }, async (visit) => {
+  await visit.level(2);
+  await drop(visit, { 'runner.json': JSON.stringify({
+    meshes: [{ name: 'box', shape: { kind: 'box', size: [1, 1, 1] } }],
+    nodes: [{ name: 'armature' }, { name: 'body', parent: 'armature', mesh: 'box' }],
+    clips: [{ name: 'run', tracks: [{ node: 'body', path: 'translation', times: [0, 2], values: [[0, 0, 0], [30, 0, -20]] }] }] }) });
+  await visit.wait(() => document.getElementById('subject').textContent === 'runner.json' && document.getElementById('facts').textContent);
+  await visit.level(2);
+  await visit.seek(0);
+  const before = await visit.pixels();
+  assert.ok(covered(before) > 0.05);
+  await visit.seek(1.5);
+  assert.ok(difference(before, await visit.pixels()) < 0.01, 'the runner stays in the middle, on its shadow');
+  await visit.page.locator('#view').press('ArrowLeft');
+  await visit.drawn();
+  const turned = await visit.pixels();
+  const other = await Visit.begin(site.browser, await visit.address());
+  await other.level(2);
+  await other.wait(() => document.querySelectorAll('.ticks line').length > 0); // so that it knows whom to follow
+  await other.drawn();
+  assert.ok(difference(turned, await other.pixels()) < 0.01);
+  await other.end();
 });

@@ -192,6 +192,45 @@ visits('a file whose opening was cancelled opens when it is given again', {}, as
   assert.ok(await blank(visit).isHidden());
 });
 
+visits('from the first on the picture has the size that it keeps beside the player’s bar', { isAlone: true }, async (visit) => {
+  const { page } = visit;
+  await page.addInitScript(() => {
+    const { set, ...others } = Object.getOwnPropertyDescriptor(HTMLCanvasElement.prototype, 'height');
+    window.heights = new Set();
+    Object.defineProperty(HTMLCanvasElement.prototype, 'height', { ...others, set(height) {
+      if (this.id === 'view') window.heights.add(height);
+      set.call(this, height);
+    } });
+  });
+  for (const width of [1280, 800]) {
+    await page.setViewportSize({ width, height: 640 });
+    await page.reload();
+    await visit.level(2);
+    assert.ok(await page.getByRole('button', { name: 'Play' }).isVisible());
+    assert.equal(await page.evaluate(() => window.heights.size), 1, `${width} pixels wide`);
+  }
+});
+
+visits('nothing of the former model stays beside one that cannot be opened', { first: 'tank.json', refused: [404] }, async (visit) => {
+  await visit.level(2);
+  const { page } = visit;
+  const panel = (name) => page.locator(`#panel-${name}`);
+  await visit.tab('Rotation');
+  await page.locator('.verdict').waitFor();
+  await page.evaluate(() => (location.hash = `tab=animation&model=${'ab'.repeat(32)}`));
+  await blank(visit).getByRole('heading', { name: 'The model cannot be opened' }).waitFor();
+  assert.equal(await page.locator('#timeline').isVisible(), false);
+  assert.equal(await panel('animation').innerText(), 'Rotation\n\nA clip’s rotation tracks are shown here as curves.');
+  assert.equal(await page.locator('.outliner').count(), 0);
+  await visit.tab('Sculpt');
+  assert.equal(await panel('sculpt').innerText(), 'Sculpt\n\nOpen a model, or make a shape.');
+  assert.equal(await page.title(), 'tweend');
+  assert.equal(await page.locator('#view').getAttribute('aria-label'), 'No model');
+  await blank(visit).getByRole('button', { name: 'Another model' }).click();
+  await visit.level(2);
+  assert.ok(await page.locator('#timeline').isVisible());
+});
+
 visits('numbers are taken as the browser’s language writes them, by Enter, and what is none is said', { first: 'cube.obj', hash: '#tab=edit', locale: 'de-DE' }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
@@ -209,6 +248,9 @@ visits('numbers are taken as the browser’s language writes them, by Enter, and
     assert.equal(await field.getAttribute('aria-invalid'), 'true', wrong);
     assert.match(await field.evaluate((input) => input.validationMessage), /3 numbers/);
   }
+  await field.fill('1 x 1');
+  await page.keyboard.press('Tab');
+  assert.equal(await field.getAttribute('aria-invalid'), 'true', 'it is said as soon as the field is left');
   assert.equal(await visit.model(), before);
   for (const [text, size] of [['0,25 2,5 1', [0.25, 2.5, 1]], ['1; 0,5; 3', [1, 0.5, 3]], ['2, 0.5, 1', [2, 0.5, 1]], ['2,3,4', [2, 3, 4]]]) {
     const last = await visit.model();

@@ -80,6 +80,7 @@ test('a clip is judged in sentences', () => {
   assert.deepEqual(said(), ['good: Loops without a seam.', ': Stays in its place.']);
   assert.equal(said({ loop: { angle: 40.2, distance: 0.3, node: 'hips', speed: 1 } })[0], 'bad: Does not loop: between its end and its start hips leaps by 40° and 0.30 m.');
   assert.equal(said({ root: { node: 'hips', distance: 1.5, speed: 0.75, turn: -90 } })[1], ': hips goes 1.50 m at 0.75 m/s and turns by -90°.');
+  assert.equal(said({ root: { node: 'hips', distance: 0.0001, speed: 0.1, turn: 0 } })[1], ': hips moves at 0.10 m/s and ends where it began.');
   const contacts = [{ node: 'left', from: 0.1, to: 0.4, slide: 0.002 }, { node: 'right', from: 0.5, to: 0.9, slide: 0.05 }];
   assert.ok(said({ contacts }).includes('bad: Feet touch the ground 2 times; right slides by 5.0 cm.'));
   assert.ok(said({ contacts: contacts.slice(0, 1) }).includes('good: Feet touch the ground 1 time; none slides.'));

@@ -127,10 +127,10 @@ function putOff(answers, options) {
 test('a request that is put off is sent again, whatever it does', async () => {
   const past = new Date(Date.now() - 5000).toUTCString();
   const { asked, client } = putOff([[503, '0'], [429, past], [503, '0']]);
-  const told = [];
-  assert.equal((await client.upload('v 0 0 0', { onProgress: (sent) => told.push(sent) })).id, 'x');
+  const [told, waits] = [[], []];
+  assert.equal((await client.upload('v 0 0 0', { onProgress: (sent) => told.push(sent), onWait: (seconds) => waits.push(seconds) })).id, 'x');
   assert.deepEqual(asked, Array(4).fill(['POST', 'v 0 0 0']));
-  assert.deepEqual(told, [7, 7, 7, 7]);
+  assert.deepEqual([told, waits], [[7, 7, 7, 7], [0, 0, 0]]);
 
   const soon = putOff([[503, new Date(Date.now() + 2500).toUTCString()]]);
   const began = performance.now();
