@@ -414,7 +414,8 @@ static uint64_t count_keys(const tw_clip *clip) {
 typedef struct bends {
   float *times;
   uint32_t count, room, most;
-  float end;       /* of the clip */
+  float end; /* of the clip */
+  bool has_end;
   bool is_doubled; /* each time is followed by the next float: there a value that jumps has changed */
   bool is_full;
 } bends;
@@ -434,9 +435,12 @@ static bool add_bend(bends *list, float time) {
   return tw_work(SAMPLE_WORK);
 }
 
+/* What bends behind the clip's end, if only by rounding, still moves there. */
 static bool take_bend(void *context, double time) {
   bends *list = context;
-  if (!(time >= 0) || time > (double)list->end) return true;
+  bool is_end = time >= (double)list->end;
+  if (!(time >= 0) || (is_end && list->has_end)) return true;
+  if (is_end) time = (double)list->end, list->has_end = true;
   float at = (float)time;
   return add_bend(list, at) && (!list->is_doubled || add_bend(list, nextafterf(at, INFINITY)));
 }
@@ -589,8 +593,8 @@ static tw_status copy_steps(const tw_clip *clip, uint32_t index, tw_arena *arena
   return tw_track_bake(clip, index, times, timeline->key_count, arena, out, error);
 }
 
-/* Steps of a track without keys: at its bends, where the value changes, and at the clip's end. places: as in
- * reduce_track. */
+/* Steps of a track without keys: at its bends, where the value changes; the first track's at the clip's end
+ * too, which tells the duration. places: as in reduce_track. */
 static tw_status find_steps(const tw_clip *clip, uint32_t index, uint32_t max_keys, uint64_t *places,
                             tw_arena *arena, tw_track_keys *out, tw_error *error) {
   reduction r;
@@ -599,7 +603,7 @@ static tw_status find_steps(const tw_clip *clip, uint32_t index, uint32_t max_ke
   size_t size = r.width * sizeof *r.sample;
   for (uint32_t i = 0; i < r.time_count && status == TW_OK; i++) {
     tw_clip_sample(clip, index, &r.times[i], 1, r.sample);
-    bool is_end = r.times[i] == clip->duration;
+    bool is_end = index == 0 && r.times[i] == clip->duration;
     const float *last = r.keys.count > 0 ? r.keys.values + (size_t)(r.keys.count - 1) * r.width : NULL;
     if (last && !is_end && memcmp(last, r.sample, size) == 0) continue;
     status = append(&r, &r.keys, r.times[i], error);

@@ -479,6 +479,10 @@ bool tw_layer_bends(const mix_time *mix, uint32_t index, const tw_bend_sink *sin
     if (!take_break((double)layer->weight_times[i], 0, sink)) return false;
   for (uint32_t i = 0; layer->is_synced && i < mix->knot_count; i++)
     if (!bend_put(sink, mix->knots[i].time, 1)) return false;
+  /* Before its beginning and behind its end the mixed clip holds what a layer shows, even midway. Layers that
+   * do not loop have come to their ends by then. */
+  bool loops = layer->is_synced || (layer->loop != TW_CLAMP && layer->speed != 0);
+  if (!bend_put(sink, 0, 1) || (loops && !bend_put(sink, mix->duration, 1))) return false;
   bool wraps = layer->is_synced || (layer->loop == TW_REPEAT && layer->speed != 0);
   if (!wraps || !(duration > 0)) return true;
   double pace = fmax(fabs(layer->speed), 1e-3);

@@ -506,6 +506,29 @@ static void add_turn_of(mixture *m, tw_layer layer, tw_interpolation interpolati
   m->layers[m->count++] = layer;
 }
 
+TEST(keys_of_a_layer_reach_its_end_however_its_times_are_rounded) {
+  srand(11);
+  for (int i = 0; i < 16; i++) {
+    mixture *m = begin();
+    add(m, layer_of(TW_LAYER_REPLACE, &one), 1, 1.96);
+    m->layers[0].offset = -0.061 * i, m->layers[0].speed = 1 + 0.037 * i;
+    mix(m);
+    tw_arena *arena = tw_arena_create();
+    tw_clip_keys keys;
+    tw_tolerance reached;
+    tw_clip *plain = reduced_of(m, 0.1, 1e-3, arena, &keys, &reached);
+    tw_trs poses[NODES], others[NODES];
+    tw_clip_pose(m->clip, m->nodes, NODES, tw_clip_duration(m->clip), poses);
+    tw_clip_pose(plain, m->nodes, NODES, tw_clip_duration(m->clip), others);
+    for (uint32_t n = 0; n < NODES; n++)
+      assert_true(ref_angle(ref_of(poses[n].rotation), ref_of(others[n].rotation)) <=
+                  0.1 * REF_DEGREES + 1e-6);
+    tw_clip_destroy(plain);
+    tw_arena_destroy(arena);
+    end(m);
+  }
+}
+
 TEST(keys_of_a_loop_jump_where_it_begins_again) {
   mixture *m = begin();
   add_turn_of(m, layer_of(TW_LAYER_REPLACE, &one), TW_LINEAR);
@@ -525,6 +548,56 @@ TEST(keys_of_a_loop_jump_where_it_begins_again) {
   tw_clip_destroy(plain);
   tw_arena_destroy(arena);
   end(m);
+}
+
+/* A loop of one second, mixed with a clip that ends between two keys of its second round. */
+static void mix_cut_loop(mixture *m) {
+  add(m, layer_of(TW_LAYER_REPLACE, &one), 1, 1);
+  m->layers[0].loop = TW_REPEAT;
+  add(m, layer_of(TW_LAYER_REPLACE, &one), NODES, 1);
+  static const float times[] = {0, 1.1F}, tiny[] = {1e-6F, 1e-6F};
+  m->layers[1].weight_count = 2, m->layers[1].weight_times = times, m->layers[1].weights = tiny;
+  mix(m);
+}
+
+/* Holds keys against the mixed clip, except near 1 and `jump`, where its loop begins again. */
+static void expect_near_keys(const mixture *m, double jump) {
+  tw_arena *arena = tw_arena_create();
+  tw_clip_keys keys;
+  tw_tolerance reached;
+  tw_clip *plain = reduced_of(m, 0.1, 1e-3, arena, &keys, &reached);
+  const double breaks[] = {1, jump};
+  double errors[2];
+  largest_errors(m, plain, breaks, 2, errors);
+  assert_true(errors[0] <= 0.1 * REF_DEGREES + 1e-6 && errors[1] <= 1e-3 + 1e-6);
+  tw_clip_destroy(plain);
+  tw_arena_destroy(arena);
+}
+
+TEST(keys_of_a_loop_go_on_until_the_clip_ends) {
+  srand(9);
+  mixture *m = begin();
+  mix_cut_loop(m);
+  assert_true(tw_clip_duration(m->clip) == 1.1F);
+  expect_near_keys(m, 1);
+  end(m);
+}
+
+TEST(keys_of_a_clip_that_ends_in_a_loop_hold_its_ends) {
+  srand(10);
+  mixture *inner = begin(), *outer = begin();
+  mix_cut_loop(inner);
+  outer->moves[0] = calloc(1, sizeof(moves));
+  assert_non_null(outer->moves[0]);
+  outer->moves[0]->clip = inner->clip, outer->moves[0]->duration = 1.1F;
+  outer->layers[outer->count++] = layer_of(TW_LAYER_REPLACE, &one);
+  outer->layers[0].offset = -0.3;
+  add(outer, layer_of(TW_LAYER_ADDITIVE, &one), 2, 3);
+  mix(outer);
+  expect_near_keys(outer, 1.3);
+  for (uint32_t i = 0; i < inner->count; i++) free(inner->moves[i]);
+  free(inner);
+  end(outer);
 }
 
 TEST(keys_of_a_step_track_are_its_own) {
