@@ -451,6 +451,15 @@ static void step_evenly(bends *list) {
     list->times[i] = (float)((double)list->end * i / (list->count - 1));
 }
 
+/* Whether the clip's end shows something else than the last bend, as after a jump that comes a rounding
+ * later. */
+static bool changes_after(const reduction *r, const bends *list) {
+  float times[] = {0, list->end};
+  for (uint32_t i = 0; i < list->count; i++) times[0] = fmaxf(times[0], list->times[i]);
+  tw_clip_sample(r->clip, r->index, times, 2, r->ends);
+  return memcmp(r->ends, r->ends + r->width, r->width * sizeof *r->ends) != 0;
+}
+
 /* Finds the bends of a track, with the clip's end where no other track tells it: that is the first one's.
  * may_skip: more than `most` of them are replaced by equal steps. */
 static tw_status find_bends(reduction *r, uint32_t most, bool may_skip, tw_error *error) {
@@ -459,7 +468,8 @@ static tw_status find_bends(reduction *r, uint32_t most, bool may_skip, tw_error
   uint64_t left = (uint64_t)STEPS_A_BEND * most;
   const tw_bend_sink sink = {take_bend, &list, &left};
   bool is_whole = add_bend(&list, 0) && (r->index > 0 || add_bend(&list, list.end)) &&
-                  tw_clip_bends(r->clip, r->index, &sink);
+                  tw_clip_bends(r->clip, r->index, &sink) &&
+                  (!changes_after(r, &list) || add_bend(&list, list.end));
   r->own_times = list.times;
   if (!is_whole && !list.is_full && left > STEPS_A_BEND) {
     tw_status status = tw_work_status(error);

@@ -529,6 +529,42 @@ TEST(keys_of_a_layer_reach_its_end_however_its_times_are_rounded) {
   }
 }
 
+/* A clip of these tracks. */
+static void add_tracks(mixture *m, tw_layer layer, const tw_track_keys *tracks, uint32_t count) {
+  moves *made = m->moves[m->count] = calloc(1, sizeof(moves));
+  assert_non_null(made);
+  tw_clip_keys keys = {.track_count = count, .tracks = tracks};
+  assert_int_equal(tw_clip_create(&keys, NODES, -1, &made->clip, NULL), TW_OK);
+  made->duration = tw_clip_duration(made->clip);
+  m->layers[m->count++] = layer;
+}
+
+TEST(keys_show_the_last_jump_however_its_time_is_rounded) {
+  static const float ends[] = {0, 3}, turns[] = {0, 0, 0, 1, 1, 0, 0, 0};
+  static const float jumps[] = {0, 0.7F, 1.84F}, steps[] = {0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0};
+  tw_track_keys tracks[2] = {quaternion_keys(TW_LINEAR, ends, turns, 2),
+                             quaternion_keys(TW_LINEAR, ends, turns, 1)};
+  tw_track_keys step = quaternion_keys(TW_STEP, jumps, steps, 3);
+  tracks[1].node = step.node = 1;
+  for (int i = 0; i < 16; i++) {
+    mixture *m = begin();
+    add_tracks(m, layer_of(TW_LAYER_REPLACE, &one), tracks, 2);
+    add_tracks(m, layer_of(TW_LAYER_ADDITIVE, &one), &step, 1);
+    m->layers[1].offset = -0.061 * i, m->layers[1].speed = 1 + 0.037 * i;
+    mix(m);
+    tw_arena *arena = tw_arena_create();
+    tw_clip_keys keys;
+    tw_tolerance reached;
+    tw_clip *plain = reduced_of(m, 0.1, 1e-3, arena, &keys, &reached);
+    tw_trs pose[NODES];
+    tw_clip_pose(plain, m->nodes, NODES, 3, pose);
+    assert_true(ref_angle(ref_of(pose[1].rotation), (ref_quat){0, 1, 0, 0}) < 1e-6);
+    tw_clip_destroy(plain);
+    tw_arena_destroy(arena);
+    end(m);
+  }
+}
+
 TEST(keys_of_a_loop_jump_where_it_begins_again) {
   mixture *m = begin();
   add_turn_of(m, layer_of(TW_LAYER_REPLACE, &one), TW_LINEAR);
