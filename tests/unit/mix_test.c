@@ -398,6 +398,22 @@ TEST(a_looping_layer_shows_its_end_and_then_begins_again) {
   end(m);
 }
 
+TEST(a_loop_that_plays_backwards_ends_at_its_beginning) {
+  srand(13);
+  for (int i = 0; i < 32; i++) { /* of many durations, of which some are rounded up */
+    mixture *m = begin();
+    add(m, layer_of(TW_LAYER_REPLACE, &one), 1, random_in(0.3, 3));
+    m->layers[0].loop = TW_REPEAT, m->layers[0].speed = -random_in(0.3, 2);
+    mix(m);
+    tw_trs poses[NODES], first[NODES];
+    tw_clip_pose(m->moves[0]->clip, m->nodes, NODES, 0, first);
+    tw_clip_pose(m->clip, m->nodes, NODES, tw_clip_duration(m->clip), poses);
+    for (int k = 0; k < 3; k++)
+      assert_true(fabs((double)poses[1].translation[k] - (double)first[1].translation[k]) < 1e-4);
+    end(m);
+  }
+}
+
 TEST(mixed_clips_are_mixed_again_up_to_a_depth) {
   srand(7);
   mixture *m = begin();
