@@ -603,21 +603,45 @@ static tw_status copy_steps(const tw_clip *clip, uint32_t index, tw_arena *arena
   return tw_track_bake(clip, index, times, timeline->key_count, arena, out, error);
 }
 
-/* Steps of a track without keys: at its bends, where the value changes; the first track's at the clip's end
- * too, which tells the duration. places: as in reduce_track. */
+/* Whether a track of steps shows something else at a time than at its last key. */
+static bool has_stepped(const reduction *r, float time) {
+  const float *last = r->keys.values + (size_t)(r->keys.count - 1) * r->width;
+  tw_clip_sample(r->clip, r->index, &time, 1, r->sample);
+  return memcmp(last, r->sample, r->width * sizeof *last) != 0;
+}
+
+/* Adds keys where a track of steps changes between two bends, up to the second one. Rounding moves jumps away
+ * from their bends, the farther the more clips lie below one another. */
+static tw_status step_until(reduction *r, float from, float to, tw_error *error) {
+  tw_status status = TW_OK;
+  while (status == TW_OK && has_stepped(r, to)) {
+    float low = from, high = to, middle = nextafterf(to, from);
+    while (middle > low && middle < high) {
+      if (!tw_work(sample_work(r))) return tw_work_status(error);
+      if (has_stepped(r, middle))
+        high = middle;
+      else
+        low = middle;
+      middle = (float)((double)low + ((double)high - (double)low) / 2);
+    }
+    status = append(r, &r->keys, high, error);
+    from = high;
+  }
+  return status;
+}
+
+/* Steps of a track without keys, where its value changes; those of the first track also at the clip's end, to
+ * tell the duration. places: as in reduce_track. */
 static tw_status find_steps(const tw_clip *clip, uint32_t index, uint32_t max_keys, uint64_t *places,
                             tw_arena *arena, tw_track_keys *out, tw_error *error) {
   reduction r;
   tw_status status = reduction_init(&r, clip, index, grid_most(clip, max_keys, *places), false, error);
   r.keys = (samples){.most = max_keys, .name = "keys"};
-  size_t size = r.width * sizeof *r.sample;
-  for (uint32_t i = 0; i < r.time_count && status == TW_OK; i++) {
-    tw_clip_sample(clip, index, &r.times[i], 1, r.sample);
-    bool is_end = index == 0 && r.times[i] == clip->duration;
-    const float *last = r.keys.count > 0 ? r.keys.values + (size_t)(r.keys.count - 1) * r.width : NULL;
-    if (last && !is_end && memcmp(last, r.sample, size) == 0) continue;
-    status = append(&r, &r.keys, r.times[i], error);
-  }
+  if (status == TW_OK) status = append(&r, &r.keys, r.times[0], error);
+  for (uint32_t i = 1; i < r.time_count && status == TW_OK; i++)
+    status = step_until(&r, r.times[i - 1], r.times[i], error);
+  if (status == TW_OK && index == 0 && r.keys.times[r.keys.count - 1] < clip->duration)
+    status = append(&r, &r.keys, clip->duration, error);
   if (status == TW_OK) status = deliver(&r, arena, out, error);
   spend(clip, r.time_count, places);
   reduction_deinit(&r);

@@ -581,6 +581,45 @@ TEST(keys_show_the_last_jump_however_its_time_is_rounded) {
   }
 }
 
+TEST(keys_of_steps_jump_where_clips_below_clips_do) {
+  enum { JUMPS = 24 };
+  static float times[JUMPS], turns[JUMPS][4];
+  static const float ends[] = {0, 12}, still[] = {0, 0, 0, 1, 0, 0, 0, 1};
+  for (int k = 0; k < JUMPS; k++) times[k] = 0.37F * (float)k, turns[k][k % 3] = 1;
+  tw_track_keys tracks[2] = {quaternion_keys(TW_LINEAR, ends, still, 2),
+                             quaternion_keys(TW_STEP, times, turns[0], JUMPS)};
+  tracks[1].node = 1;
+  for (int i = 0; i < 16; i++) {
+    mixture *inner = begin(), *outer = begin();
+    add_tracks(inner, layer_of(TW_LAYER_REPLACE, &one), tracks, 2);
+    inner->layers[0].offset = -8 - 0.017 * i, inner->layers[0].speed = 1.7;
+    mix(inner);
+    outer->moves[0] = calloc(1, sizeof(moves));
+    assert_non_null(outer->moves[0]);
+    outer->moves[0]->clip = inner->clip, outer->moves[0]->duration = tw_clip_duration(inner->clip);
+    outer->layers[outer->count++] = layer_of(TW_LAYER_REPLACE, &one);
+    outer->layers[0].offset = 5 + 0.013 * i, outer->layers[0].speed = 0.83;
+    mix(outer);
+    tw_arena *arena = tw_arena_create();
+    tw_clip_keys keys;
+    tw_tolerance reached;
+    tw_clip *plain = reduced_of(outer, 0.1, 1e-3, arena, &keys, &reached);
+    for (int k = 0; k + 1 < JUMPS; k++) { /* between two jumps */
+      double local = (0.37 * (k + 0.5) - inner->layers[0].offset) / 1.7,
+             at = (local - outer->layers[0].offset) / 0.83;
+      tw_trs pose[NODES];
+      if (local < 0 || at < 0) continue;
+      tw_clip_pose(plain, outer->nodes, NODES, (float)at, pose);
+      assert_true(fabs((double)fabsf(pose[1].rotation[k % 3]) - 1) < 1e-6);
+    }
+    tw_clip_destroy(plain);
+    tw_arena_destroy(arena);
+    free(inner->moves[0]);
+    free(inner);
+    end(outer);
+  }
+}
+
 TEST(keys_of_a_loop_jump_where_it_begins_again) {
   mixture *m = begin();
   add_turn_of(m, layer_of(TW_LAYER_REPLACE, &one), TW_LINEAR);
