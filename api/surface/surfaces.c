@@ -85,6 +85,7 @@ api_outcome api_surface_prepare(api_call *call, api_surface_request *request, bo
   const tw_model *model = api_entry_value(request->model);
   api_surface_scene *scene = &request->scene;
   if (lacks_faces(model)) return api_fail_with(call, 422, "the model has no faces: it has no surface");
+  api_surface_settle(&request->query, model);
   api_outcome outcome = api_scene_take_clips(call, model, is_stored, scene);
   if (outcome != API_DONE) return outcome;
   bool is_posed = request->query.times.is_given || request->query.skin == API_SKIN_BAKE;
