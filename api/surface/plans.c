@@ -48,6 +48,7 @@ void api_surface_settle(api_surface_query *query, const tw_model *model) {
   if (uv) query->uv = -1;
   if (creasing) query->creasing = -1;
   if (triangles) query->triangles = -1;
+  query->reading.quads = tw_quads_of(query->reading.quads, model->format);
 }
 
 /* ---- limits ---------------------------------------------------------------------------------- */

@@ -85,7 +85,6 @@ api_outcome api_surface_prepare(api_call *call, api_surface_request *request, bo
   const tw_model *model = api_entry_value(request->model);
   api_surface_scene *scene = &request->scene;
   if (lacks_faces(model)) return api_fail_with(call, 422, "the model has no faces: it has no surface");
-  api_surface_settle(&request->query, model);
   api_outcome outcome = api_scene_take_clips(call, model, is_stored, scene);
   if (outcome != API_DONE) return outcome;
   bool is_posed = request->query.times.is_given || request->query.skin == API_SKIN_BAKE;
@@ -238,9 +237,7 @@ static api_outcome warn_of_idle(api_call *call, const api_surface_request *reque
 
 /* From the model to the answer. The caller releases the request unless the answer's body took it over. */
 static api_outcome answer_surface(api_call *call, api_surface_request *request, bool is_stored) {
-  /* Both ways to ask for the same have one key. */
-  request->query.reading.quads =
-      tw_quads_of(request->query.reading.quads, ((const tw_model *)api_entry_value(request->model))->format);
+  api_surface_settle(&request->query, api_entry_value(request->model));
   api_outcome outcome = api_surface_prepare(call, request, is_stored);
   if (outcome == API_DONE && is_stored) {
     outcome = validate(call, request);
