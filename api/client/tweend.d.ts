@@ -777,7 +777,8 @@ export interface Retarget {
   /** Bones of this model that keep their rest pose. */
   without_source: string[];
 }
-/** The clip as a whole. Lengths in the model's unit, times in seconds. Motion is followed at 60 frames a second. */
+/** The clip as a whole, from its first key to its end. Lengths in the model's unit, times in seconds. Motion is
+ * followed at 60 frames a second. */
 export interface ClipReport {
   /** How the last pose differs from the first, each node relative to its parent. */
   loop: {
@@ -796,7 +797,7 @@ export interface ClipReport {
     node: string | null;
     /** From the first place to the last, straight. */
     distance: number;
-    /** The length of the way by the clip's duration. */
+    /** The length of the way by the seconds from the first key to the end. */
     speed: number;
     /** Degrees about +y from the first pose on, whole turns included. */
     turn: number;
