@@ -502,8 +502,8 @@ export interface SurfaceCounts {
   /** Of the GLB under the same options, exactly. */
   bytes: number;
   /** Bytes of the answer in each form under the same options, exactly; of the forms whose size is known beforehand.
-   * With `level=auto` STL and PLY of models with skins or morph targets are not among them but with `skin=bake`:
-   * their levels are chosen by the moved meshes. */
+   * PLY of models with skins or morph targets, and with `level=auto` their STL, are among them with `skin=bake`
+   * alone: they are of the moved meshes. */
   forms: {
     glb: number;
     gltf?: number;

@@ -64,12 +64,12 @@ static bool shows_holes(const api_surface_request *request) {
   return request->query.with_holes && mesh < model->mesh_count;
 }
 
-/* Whether STL and PLY have the faces that are counted here. They have no holes; and as they are baked,
- * level=auto chooses their levels by the moved meshes. */
-static bool is_flat_alike(const api_surface_request *request) {
-  bool chooses_again = request->query.auto_level.is_on && request->query.skin != API_SKIN_BAKE &&
-                       api_bakes(request->scene.content.model);
-  return !shows_holes(request) && !chooses_again;
+/* Whether the size of STL or PLY follows from what is counted here. They have no holes; and they are baked:
+ * then level=auto chooses their levels by the moved meshes, and PLY's head tells where these are moved from.
+ */
+static bool is_flat_known(const api_surface_request *request, tw_flat_form form) {
+  bool moves = request->query.skin != API_SKIN_BAKE && api_bakes(request->scene.content.model);
+  return !shows_holes(request) && !(moves && (request->query.auto_level.is_on || form == TW_FLAT_PLY));
 }
 
 /* Prints the size of surface.bin with the positions of a mesh. */
@@ -97,7 +97,8 @@ static tw_status print_forms(api_call *call, const api_surface_request *request,
     status = tw_gltf_stream_predict(scene, TW_FORMAT_GLTF, &size, &call->fault.error);
     if (status == TW_OK) tw_member_count(text, "gltf", size);
   }
-  for (int form = TW_FLAT_STL; form <= TW_FLAT_PLY && is_flat_alike(request); form++) {
+  for (int form = TW_FLAT_STL; form <= TW_FLAT_PLY; form++) {
+    if (!is_flat_known(request, (tw_flat_form)form)) continue;
     if (status != TW_OK && status != TW_LIMIT) return status;
     const tw_flat_options options = api_surface_flat_options(request, (tw_flat_form)form);
     status = tw_flat_stream_predict(scene, &options, &size, &call->fault.error);

@@ -84,7 +84,7 @@ function growing() {
   return JSON.stringify({
     asset: { version: '2.0' },
     scenes: [{ nodes: [0] }],
-    nodes: [{ mesh: 0 }],
+    nodes: [{ mesh: 0, translation: [400, 0, 0] }],
     meshes: [{ weights: [1], primitives: [{ attributes: { POSITION: 0 }, indices: 2, targets: [{ POSITION: 1 }] }] }],
     accessors: [position(0, 1), position(1, 9), { bufferView: 2, componentType: 5125, count: indices.length, type: 'SCALAR' }],
     bufferViews: [0, 1, 2].map((i) => ({ buffer: 0, byteOffset: i * size, byteLength: i < 2 ? size : 4 * indices.length })),
@@ -92,15 +92,15 @@ function growing() {
   });
 }
 
-test('the sizes that surface.json tells with level=auto are those of the answers, of morphing models too', async () => {
+test('the sizes that surface.json tells are those of the answers, of morphing models too', async () => {
   const model = await daemon.upload(growing());
   const bytes = async (form, query) => (await (await fetch(`${model}/surface.${form}?${query}`)).arrayBuffer()).byteLength;
   const levels = new Set();
-  for (const query of ['level=auto&error=0.02', 'level=auto&error=0.02&skin=bake&clip=none']) {
+  for (const [query, told] of [['level=auto&error=0.02', ''], ['level=auto&error=0.02&skin=bake&clip=none', 'stl,ply'], ['level=1', 'stl']]) {
     const { forms, level } = await (await fetch(`${model}/surface.json?${query}`)).json();
     levels.add(level);
-    assert.equal('stl' in forms, query.includes('bake'));
+    assert.equal(['stl', 'ply'].filter((form) => form in forms).join(), told);
     for (const [form, size] of Object.entries(forms)) if (form !== 'bin') assert.equal(await bytes(form, query), size, `${form} ${query}`);
   }
-  assert.equal(levels.size, 2);
+  assert.equal(levels.size, 3);
 });
