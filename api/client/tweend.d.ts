@@ -504,7 +504,8 @@ export interface SurfaceCounts {
   /** Of the GLB under the same options, exactly. */
   bytes: number;
   /** Bytes of the answer in each form under the same options, exactly; of the forms whose size is known beforehand.
-   * */
+   * PLY of models with skins or morph targets, and with `level=auto` their STL, are among them with `skin=bake`
+   * alone: they are of the moved meshes. */
   forms: {
     glb: number;
     gltf?: number;
@@ -778,7 +779,8 @@ export interface Retarget {
   /** Bones of this model that keep their rest pose. */
   without_source: string[];
 }
-/** The clip as a whole. Lengths in the model's unit, times in seconds. Motion is followed at 60 frames a second. */
+/** The clip as a whole, from its first key to its end. Lengths in the model's unit, times in seconds. Motion is
+ * followed at 60 frames a second. */
 export interface ClipReport {
   /** How the last pose differs from the first, each node relative to its parent. */
   loop: {
@@ -797,7 +799,7 @@ export interface ClipReport {
     node: string | null;
     /** From the first place to the last, straight. */
     distance: number;
-    /** The length of the way by the clip's duration. */
+    /** The length of the way by the seconds from the first key to the end. */
     speed: number;
     /** Degrees about +y from the first pose on, whole turns included. */
     turn: number;

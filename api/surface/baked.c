@@ -28,6 +28,12 @@ static bool is_moved(const tw_model *model, const tw_node *node) {
          (tw_node_is_skinned(model, node) || model->meshes[node->mesh].morph_count);
 }
 
+bool api_bakes(const tw_model *model) {
+  for (uint32_t i = 0; i < model->node_count; i++)
+    if (is_moved(model, &model->nodes[i])) return true;
+  return false;
+}
+
 /* The moved meshes, once for each node that shows them, and their points. */
 typedef struct moved_counts {
   uint32_t meshes;

@@ -21,6 +21,9 @@ typedef struct api_baked {
 api_outcome api_bake(api_call *call, const tw_model *model, const tw_clip *clip, float time,
                      const api_surface_query *query, api_baked *out);
 
+/* Whether baking moves anything: a node shows a mesh with joints or morph targets. */
+bool api_bakes(const tw_model *model);
+
 /* A copy of the model with its own array of nodes, with room for `more`. NULL without memory. */
 tw_model *api_copy_nodes(tw_arena *arena, const tw_model *model, uint32_t more);
 

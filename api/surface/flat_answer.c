@@ -31,11 +31,16 @@ api_outcome api_flat_read(api_call *call, const char *fallback, api_flat_query *
   return api_outcome_of(call, status);
 }
 
+/* Whether the answer tells of a unit that was not asked for. */
+static bool tells_of_unit(const api_flat_query *query) {
+  return !query->is_unit_given && query->unit->scale != 1;
+}
+
 void api_flat_print(const api_flat_query *query, tw_text *text) {
   if (!query->unit) return;
   tw_text_add(text, "&unit=");
   tw_text_add(text, query->unit->name);
-  tw_text_add(text, query->is_unit_given ? "" : "?"); /* the answer tells of a default */
+  tw_text_add(text, tells_of_unit(query) ? "?" : "");
   tw_text_add(text, "&scale=");
   tw_text_double(text, query->scale);
 }
@@ -45,7 +50,7 @@ double api_flat_scale(const api_flat_query *query) {
 }
 
 api_outcome api_flat_warn_of_unit(api_call *call, const api_flat_query *query) {
-  if (query->is_unit_given || query->unit->scale == 1) return API_DONE;
+  if (!tells_of_unit(query)) return API_DONE;
   tw_text text = {0};
   tw_text_add(&text, "the model's metres became ");
   tw_text_add(&text, query->unit->word);

@@ -32,6 +32,25 @@ tw_surface_options api_surface_options(const api_surface_query *query, uint32_t 
   };
 }
 
+void api_surface_settle(api_surface_query *query, const tw_model *model) {
+  api_surface_query silent = *query;
+  silent.boundary = silent.uv = silent.creasing = silent.triangles = -1;
+  bool boundary = true, uv = true, creasing = true, triangles = true; /* asking for it changes nothing */
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
+    tw_surface_options asked = api_surface_options(query, 0, &model->meshes[i]),
+                       own = api_surface_options(&silent, 0, &model->meshes[i]);
+    boundary = boundary && asked.boundary == own.boundary;
+    uv = uv && asked.uv == own.uv;
+    creasing = creasing && asked.creasing == own.creasing;
+    triangles = triangles && asked.triangles == own.triangles;
+  }
+  if (boundary) query->boundary = -1;
+  if (uv) query->uv = -1;
+  if (creasing) query->creasing = -1;
+  if (triangles) query->triangles = -1;
+  query->reading.quads = tw_quads_of(query->reading.quads, model->format);
+}
+
 /* ---- limits ---------------------------------------------------------------------------------- */
 
 typedef struct plan_source {

@@ -66,6 +66,10 @@ tw_status api_plan_count(api_call *call, const api_plan_meshes *meshes, const ap
  * place in the plan, by which it may have a level of its own. */
 tw_surface_options api_surface_options(const api_surface_query *query, uint32_t index, const tw_mesh *mesh);
 
+/* Takes out of the query what all meshes of the model have anyway, and says how its format pairs triangles,
+ * so that all ways to ask for the same have one key. */
+void api_surface_settle(api_surface_query *query, const tw_model *model);
+
 /* Makes a view of a mesh with the creases and details that the query wants. *hard: what
  * TW_CREASES_FILE found are added to it. The arena holds new creases. Errors as tw_mesh_with_creases. */
 tw_status api_plan_cage(const api_surface_query *query, const tw_mesh *mesh, tw_arena *scratch, tw_mesh *out,

@@ -1,4 +1,5 @@
 /* surface.json: what an answer would have, without computing it. */
+#include "baked.h"
 #include "printability.h"
 
 #include <math.h>
@@ -63,6 +64,14 @@ static bool shows_holes(const api_surface_request *request) {
   return request->query.with_holes && mesh < model->mesh_count;
 }
 
+/* Whether the size of STL or PLY follows from what is counted here. They have no holes; and they are baked:
+ * then level=auto chooses their levels by the moved meshes, and PLY's head tells where these are moved from.
+ */
+static bool is_flat_known(const api_surface_request *request, tw_flat_form form) {
+  bool moves = request->query.skin != API_SKIN_BAKE && api_bakes(request->scene.content.model);
+  return !shows_holes(request) && !(moves && (request->query.auto_level.is_on || form == TW_FLAT_PLY));
+}
+
 /* Prints the size of surface.bin with the positions of a mesh. */
 static tw_status print_points(api_call *call, const api_surface_request *request, uint32_t mesh,
                               tw_text *text) {
@@ -88,7 +97,8 @@ static tw_status print_forms(api_call *call, const api_surface_request *request,
     status = tw_gltf_stream_predict(scene, TW_FORMAT_GLTF, &size, &call->fault.error);
     if (status == TW_OK) tw_member_count(text, "gltf", size);
   }
-  for (int form = TW_FLAT_STL; form <= TW_FLAT_PLY && !shows_holes(request); form++) {
+  for (int form = TW_FLAT_STL; form <= TW_FLAT_PLY; form++) {
+    if (!is_flat_known(request, (tw_flat_form)form)) continue;
     if (status != TW_OK && status != TW_LIMIT) return status;
     const tw_flat_options options = api_surface_flat_options(request, (tw_flat_form)form);
     status = tw_flat_stream_predict(scene, &options, &size, &call->fault.error);

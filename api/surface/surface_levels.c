@@ -112,7 +112,7 @@ api_outcome api_get_levels(api_call *call) {
   if (api_surface_query_read(call, &query) != API_DONE) return API_FAILED;
   api_outcome outcome = api_model_take(call, call->id, &query.reading, &model);
   if (outcome != API_DONE) return outcome;
-  query.reading.quads = tw_quads_of(query.reading.quads, ((const tw_model *)api_entry_value(model))->format);
+  api_surface_settle(&query, api_entry_value(model));
   outcome = validate_levels(call, &query);
   tw_text text = {0};
   tw_text_add(&text, "{\"levels\":[");

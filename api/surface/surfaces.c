@@ -237,9 +237,7 @@ static api_outcome warn_of_idle(api_call *call, const api_surface_request *reque
 
 /* From the model to the answer. The caller releases the request unless the answer's body took it over. */
 static api_outcome answer_surface(api_call *call, api_surface_request *request, bool is_stored) {
-  /* Both ways to ask for the same have one key. */
-  request->query.reading.quads =
-      tw_quads_of(request->query.reading.quads, ((const tw_model *)api_entry_value(request->model))->format);
+  api_surface_settle(&request->query, api_entry_value(request->model));
   api_outcome outcome = api_surface_prepare(call, request, is_stored);
   if (outcome == API_DONE && is_stored) {
     outcome = validate(call, request);

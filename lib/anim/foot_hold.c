@@ -421,7 +421,7 @@ static bool held_bends(const tw_clip *clip, uint32_t track, const tw_bend_sink *
   double duration = (double)clip->duration, step = fmax(BLEND, h->lowered_step);
   for (double time = step; h->hips != TW_NO_INDEX && time < duration; time += step)
     if (!bend_put(sink, time, 1)) return false;
-  return true;
+  return bend_put(sink, duration, 1); /* legs and hips may move until then */
 }
 
 /* The rotations of the legs, and the place of the hips, alone, as a clip that is sampled and reduced. It

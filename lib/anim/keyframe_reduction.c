@@ -414,7 +414,8 @@ static uint64_t count_keys(const tw_clip *clip) {
 typedef struct bends {
   float *times;
   uint32_t count, room, most;
-  float end;       /* of the clip */
+  float end; /* of the clip */
+  bool has_end;
   bool is_doubled; /* each time is followed by the next float: there a value that jumps has changed */
   bool is_full;
 } bends;
@@ -434,9 +435,12 @@ static bool add_bend(bends *list, float time) {
   return tw_work(SAMPLE_WORK);
 }
 
+/* What bends behind the clip's end, if only by rounding, still moves there. */
 static bool take_bend(void *context, double time) {
   bends *list = context;
-  if (!(time >= 0) || time > (double)list->end) return true;
+  bool is_end = time >= (double)list->end;
+  if (!(time >= 0) || (is_end && list->has_end)) return true;
+  if (is_end) time = (double)list->end, list->has_end = true;
   float at = (float)time;
   return add_bend(list, at) && (!list->is_doubled || add_bend(list, nextafterf(at, INFINITY)));
 }
@@ -447,6 +451,15 @@ static void step_evenly(bends *list) {
     list->times[i] = (float)((double)list->end * i / (list->count - 1));
 }
 
+/* Whether the clip's end shows something else than the last bend, as after a jump that comes a rounding
+ * later. */
+static bool changes_after(const reduction *r, const bends *list) {
+  float times[] = {0, list->end};
+  for (uint32_t i = 0; i < list->count; i++) times[0] = fmaxf(times[0], list->times[i]);
+  tw_clip_sample(r->clip, r->index, times, 2, r->ends);
+  return memcmp(r->ends, r->ends + r->width, r->width * sizeof *r->ends) != 0;
+}
+
 /* Finds the bends of a track, with the clip's end where no other track tells it: that is the first one's.
  * may_skip: more than `most` of them are replaced by equal steps. */
 static tw_status find_bends(reduction *r, uint32_t most, bool may_skip, tw_error *error) {
@@ -455,7 +468,8 @@ static tw_status find_bends(reduction *r, uint32_t most, bool may_skip, tw_error
   uint64_t left = (uint64_t)STEPS_A_BEND * most;
   const tw_bend_sink sink = {take_bend, &list, &left};
   bool is_whole = add_bend(&list, 0) && (r->index > 0 || add_bend(&list, list.end)) &&
-                  tw_clip_bends(r->clip, r->index, &sink);
+                  tw_clip_bends(r->clip, r->index, &sink) &&
+                  (!changes_after(r, &list) || add_bend(&list, list.end));
   r->own_times = list.times;
   if (!is_whole && !list.is_full && left > STEPS_A_BEND) {
     tw_status status = tw_work_status(error);
@@ -589,21 +603,45 @@ static tw_status copy_steps(const tw_clip *clip, uint32_t index, tw_arena *arena
   return tw_track_bake(clip, index, times, timeline->key_count, arena, out, error);
 }
 
-/* Steps of a track without keys: at its bends, where the value changes, and at the clip's end. places: as in
- * reduce_track. */
+/* Whether a track of steps shows something else at a time than at its last key. */
+static bool has_stepped(const reduction *r, float time) {
+  const float *last = r->keys.values + (size_t)(r->keys.count - 1) * r->width;
+  tw_clip_sample(r->clip, r->index, &time, 1, r->sample);
+  return memcmp(last, r->sample, r->width * sizeof *last) != 0;
+}
+
+/* Adds keys where a track of steps changes between two bends, up to the second one. Rounding moves jumps away
+ * from their bends, the farther the more clips lie below one another. */
+static tw_status step_until(reduction *r, float from, float to, tw_error *error) {
+  tw_status status = TW_OK;
+  while (status == TW_OK && has_stepped(r, to)) {
+    float low = from, high = to, middle = nextafterf(to, from);
+    while (middle > low && middle < high) {
+      if (!tw_work(sample_work(r))) return tw_work_status(error);
+      if (has_stepped(r, middle))
+        high = middle;
+      else
+        low = middle;
+      middle = (float)((double)low + ((double)high - (double)low) / 2);
+    }
+    status = append(r, &r->keys, high, error);
+    from = high;
+  }
+  return status;
+}
+
+/* Steps of a track without keys, where its value changes; those of the first track also at the clip's end, to
+ * tell the duration. places: as in reduce_track. */
 static tw_status find_steps(const tw_clip *clip, uint32_t index, uint32_t max_keys, uint64_t *places,
                             tw_arena *arena, tw_track_keys *out, tw_error *error) {
   reduction r;
   tw_status status = reduction_init(&r, clip, index, grid_most(clip, max_keys, *places), false, error);
   r.keys = (samples){.most = max_keys, .name = "keys"};
-  size_t size = r.width * sizeof *r.sample;
-  for (uint32_t i = 0; i < r.time_count && status == TW_OK; i++) {
-    tw_clip_sample(clip, index, &r.times[i], 1, r.sample);
-    bool is_end = r.times[i] == clip->duration;
-    const float *last = r.keys.count > 0 ? r.keys.values + (size_t)(r.keys.count - 1) * r.width : NULL;
-    if (last && !is_end && memcmp(last, r.sample, size) == 0) continue;
-    status = append(&r, &r.keys, r.times[i], error);
-  }
+  if (status == TW_OK) status = append(&r, &r.keys, r.times[0], error);
+  for (uint32_t i = 1; i < r.time_count && status == TW_OK; i++)
+    status = step_until(&r, r.times[i - 1], r.times[i], error);
+  if (status == TW_OK && index == 0 && r.keys.times[r.keys.count - 1] < clip->duration)
+    status = append(&r, &r.keys, clip->duration, error);
   if (status == TW_OK) status = deliver(&r, arena, out, error);
   spend(clip, r.time_count, places);
   reduction_deinit(&r);

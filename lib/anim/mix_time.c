@@ -322,10 +322,19 @@ static inline double part_of_round(double rounds, double *last) {
   return part_until(rounds, *last);
 }
 
-static inline double looped(double time, double duration, tw_loop loop, double *last) {
-  if (loop == TW_CLAMP || (time >= 0 && time <= duration)) return time;
+/* The same of a clip that plays backwards: its rounds end at its beginning. */
+static inline double part_backwards(double rounds) {
+  double part = rounds - floor(rounds + ROUND_SLACK);
+  return part > 0 ? part : 0;
+}
+
+/* The time of a layer's clip within its ends, unless it is clamped there later. last: as in part_of_round. */
+static inline double looped(const tw_layer *layer, double time, double duration, double *last) {
+  if (layer->loop == TW_CLAMP || (time >= 0 && time <= duration)) return time;
   if (duration <= 0) return 0;
-  if (loop == TW_REPEAT) return part_of_round(time / duration, last) * duration;
+  double rounds = time / duration;
+  if (layer->loop == TW_REPEAT)
+    return (layer->speed < 0 ? part_backwards(rounds) : part_of_round(rounds, last)) * duration;
   double phase = fmod(fabs(time), 2 * duration);
   return phase > duration ? 2 * duration - phase : phase;
 }
@@ -335,7 +344,7 @@ layer_state tw_layer_at(const mix_time *mix, uint32_t index, double time, double
   double duration = mix->durations[index], local, last = 1;
   uint32_t key = 0;
   if (!layer->is_synced)
-    local = looped(layer->offset + layer->speed * time, duration, layer->loop, &last);
+    local = looped(layer, layer->offset + layer->speed * time, duration, &last);
   else
     local = duration > 0 ? part_of_round(phase + layer->offset / duration, &last) * duration : 0;
   return (layer_state){(float)local, (float)weight_near(layer, time, &key)};
@@ -388,7 +397,7 @@ void tw_layer_states(const mix_time *mix, uint32_t index, const mix_moments *at,
     for (uint32_t i = 0; i < count; i++) locals[i] = (float)(offset + speed * (double)times[i]);
   else
     for (uint32_t i = 0; i < count; i++)
-      locals[i] = (float)looped(offset + speed * (double)times[i], duration, layer->loop, &last);
+      locals[i] = (float)looped(layer, offset + speed * (double)times[i], duration, &last);
   if (layer->weight_count == 1)
     for (uint32_t i = 0; i < count; i++) weights[i] = layer->weights[0];
   else
@@ -479,6 +488,10 @@ bool tw_layer_bends(const mix_time *mix, uint32_t index, const tw_bend_sink *sin
     if (!take_break((double)layer->weight_times[i], 0, sink)) return false;
   for (uint32_t i = 0; layer->is_synced && i < mix->knot_count; i++)
     if (!bend_put(sink, mix->knots[i].time, 1)) return false;
+  /* Before its beginning and behind its end the mixed clip holds what a layer shows, even midway. Layers that
+   * do not loop have come to their ends by then. */
+  bool loops = layer->is_synced || (layer->loop != TW_CLAMP && layer->speed != 0);
+  if (!bend_put(sink, 0, 1) || (loops && !bend_put(sink, mix->duration, 1))) return false;
   bool wraps = layer->is_synced || (layer->loop == TW_REPEAT && layer->speed != 0);
   if (!wraps || !(duration > 0)) return true;
   double pace = fmax(fabs(layer->speed), 1e-3);

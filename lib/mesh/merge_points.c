@@ -265,12 +265,24 @@ static void keep_tags(const merger *m) {
   mesh->hole_count = kept;
 }
 
+/* Makes equal values of corners one value, in a mesh whose points and faces stay: seams are where values
+ * differ, however often a file writes them. */
+static tw_status join_values(tw_mesh *mesh, tw_error *error) {
+  static const bool parted[TW_ATTRIBUTES_MAX];
+  merger m = {.mesh = mesh, .made = *mesh};
+  tw_status status = find_equal(&m, parted, error);
+  for (uint32_t i = 0; i < m.channel_count && status == TW_OK; i++)
+    renumber(m.channels[i].corners, mesh->corner_count, m.equal[i]);
+  merger_deinit(&m);
+  return status;
+}
+
 /* point_of: [point_count] the new index of each point; the `count` new points are numbered by their first old
  * point. left_out: [face_count] faces to drop, or NULL. */
 static tw_status merge(tw_mesh *mesh, const uint32_t *point_of, uint32_t count, const uint8_t *left_out,
                        tw_arena *arena, tw_merged *out, tw_error *error) {
   *out = (tw_merged){0};
-  if (count == mesh->point_count && !left_out) return TW_OK;
+  if (count == mesh->point_count && !left_out) return join_values(mesh, error);
   merger m = {.mesh = mesh, .point_of = point_of, .point_count = count, .left_out = left_out, .arena = arena};
   tw_status status = merger_init(&m, error);
   if (status == TW_OK) {

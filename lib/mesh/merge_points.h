@@ -41,7 +41,7 @@ tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_arena *arena, tw_merged *out, tw
 void tw_mesh_drop_points(tw_mesh *mesh, uint32_t *had_face);
 
 /* Merges points within a distance of each other as tw_weld_within does; 0 merges points at the same place.
- * Tags follow their points and faces. */
+ * Tags follow their points and faces; attributes and texture coordinates as in tw_mesh_close_seams. */
 tw_status tw_mesh_merge_within(tw_mesh *mesh, double distance, tw_arena *arena, tw_merged *out,
                                tw_error *error);
 

@@ -321,6 +321,12 @@ TEST_WITH(equal_questions_have_one_tag_and_one_answer, setup, fixture_stop) {
     bool is_same;
   } pairs[] = {
       {"surface", "surface.glb?level=1&scheme=catmull-clark&limit=false&quads=ngon&polygons=triangles", true},
+      {"surface", "surface?boundary=edge-and-corner&uv=corners-only&creasing=uniform&triangles=catmull-clark",
+       true},
+      {"surface", "surface?creasing=chaikin", false},
+      {"levels.json", "levels.json?boundary=edge-and-corner&quads=ngon", true},
+      {"levels.json", "levels.json?boundary=edge-only", false},
+      {"surface.ply", "surface.ply?unit=m&scale=1", true},
       {"surface?clip=drive&at=1", "surface?at=1.0", true},
       {"surface?level=01", "surface?level=1", true},
       {"surface", "surface?level=2", false},
@@ -363,6 +369,22 @@ TEST_WITH(equal_questions_have_one_tag_and_one_answer, setup, fixture_stop) {
     reply_free(&b);
     reply_free(&c);
   }
+}
+
+TEST_WITH(asking_for_what_tags_say_is_not_asking, setup, fixture_stop) {
+  fixture *f = *state;
+  static const char *const queries[] = {"surface.glb", "surface.glb?boundary=edge-only",
+                                        "surface.glb?boundary=none"};
+  char id[API_ID_TEXT];
+  loopback_upload(f->loop, "model/obj",
+                  "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\nf 1 2 3 4\nf 2 5 6 3\n"
+                  "t interpolateboundary 1/0/0 2\n",
+                  id);
+  reply replies[3];
+  for (int i = 0; i < 3; i++) replies[i] = model_get_ok(f->loop, id, queries[i]);
+  assert_string_equal(reply_header(&replies[0], "ETag"), reply_header(&replies[1], "ETag"));
+  assert_string_not_equal(reply_header(&replies[0], "ETag"), reply_header(&replies[2], "ETag"));
+  for (int i = 0; i < 3; i++) reply_free(&replies[i]);
 }
 
 TEST_WITH(what_is_built_is_answered_lightly, setup, fixture_stop) {

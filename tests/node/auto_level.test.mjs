@@ -58,3 +58,49 @@ for (const [name, file, errors] of [['cube', 'cube.obj', [0.5, 0.2, 0.1, 0.05, 0
       const before = between((await triangles(model, `level=${level - 2}`)).list, limit);
       assert.ok(before > error, `level ${level - 2} is within ${before}`);
     });
+
+/** A box of a hundred and fifty triangles whose morph target, shown at rest, makes it ten times as large. */
+function growing() {
+  const side = 5, points = [], indices = [];
+  for (const [u, v, w] of [[0, 1, 2], [1, 2, 0], [2, 0, 1]])
+    for (const sign of [-1, 1]) {
+      const first = points.length / 3;
+      for (let i = 0; i <= side; i++)
+        for (let k = 0; k <= side; k++) {
+          const point = [];
+          [point[u], point[v], point[w]] = [(2 * i) / side - 1, (2 * k) / side - 1, sign];
+          points.push(...point);
+        }
+      const at = (i, k) => first + i * (side + 1) + k;
+      for (let i = 0; i < side; i++)
+        for (let k = 0; k < side; k++) {
+          const [a, b, c, d] = [at(i, k), at(i + 1, k), at(i + 1, k + 1), at(i, k + 1)];
+          indices.push(...(sign > 0 ? [a, b, c, a, c, d] : [a, c, b, a, d, c]));
+        }
+    }
+  const bytes = Buffer.concat([Float32Array.from(points), Float32Array.from(points, (x) => 9 * x), Uint32Array.from(indices)].map(({ buffer }) => Buffer.from(buffer)));
+  const size = 4 * points.length, count = points.length / 3;
+  const position = (bufferView, most) => ({ bufferView, componentType: 5126, count, type: 'VEC3', min: Array(3).fill(-most), max: Array(3).fill(most) });
+  return JSON.stringify({
+    asset: { version: '2.0' },
+    scenes: [{ nodes: [0] }],
+    nodes: [{ mesh: 0, translation: [400, 0, 0] }],
+    meshes: [{ weights: [1], primitives: [{ attributes: { POSITION: 0 }, indices: 2, targets: [{ POSITION: 1 }] }] }],
+    accessors: [position(0, 1), position(1, 9), { bufferView: 2, componentType: 5125, count: indices.length, type: 'SCALAR' }],
+    bufferViews: [0, 1, 2].map((i) => ({ buffer: 0, byteOffset: i * size, byteLength: i < 2 ? size : 4 * indices.length })),
+    buffers: [{ byteLength: bytes.length, uri: `data:application/octet-stream;base64,${bytes.toString('base64')}` }],
+  });
+}
+
+test('the sizes that surface.json tells are those of the answers, of morphing models too', async () => {
+  const model = await daemon.upload(growing());
+  const bytes = async (form, query) => (await (await fetch(`${model}/surface.${form}?${query}`)).arrayBuffer()).byteLength;
+  const levels = new Set();
+  for (const [query, told] of [['level=auto&error=0.02', ''], ['level=auto&error=0.02&skin=bake&clip=none', 'stl,ply'], ['level=1', 'stl']]) {
+    const { forms, level } = await (await fetch(`${model}/surface.json?${query}`)).json();
+    levels.add(level);
+    assert.equal(['stl', 'ply'].filter((form) => form in forms).join(), told);
+    for (const [form, size] of Object.entries(forms)) if (form !== 'bin') assert.equal(await bytes(form, query), size, `${form} ${query}`);
+  }
+  assert.equal(levels.size, 3);
+});

@@ -398,6 +398,22 @@ TEST(a_looping_layer_shows_its_end_and_then_begins_again) {
   end(m);
 }
 
+TEST(a_loop_that_plays_backwards_ends_at_its_beginning) {
+  srand(13);
+  for (int i = 0; i < 32; i++) { /* of many durations, of which some are rounded up */
+    mixture *m = begin();
+    add(m, layer_of(TW_LAYER_REPLACE, &one), 1, random_in(0.3, 3));
+    m->layers[0].loop = TW_REPEAT, m->layers[0].speed = -random_in(0.3, 2);
+    mix(m);
+    tw_trs poses[NODES], first[NODES];
+    tw_clip_pose(m->moves[0]->clip, m->nodes, NODES, 0, first);
+    tw_clip_pose(m->clip, m->nodes, NODES, tw_clip_duration(m->clip), poses);
+    for (int k = 0; k < 3; k++)
+      assert_true(fabs((double)poses[1].translation[k] - (double)first[1].translation[k]) < 1e-4);
+    end(m);
+  }
+}
+
 TEST(mixed_clips_are_mixed_again_up_to_a_depth) {
   srand(7);
   mixture *m = begin();
@@ -506,6 +522,104 @@ static void add_turn_of(mixture *m, tw_layer layer, tw_interpolation interpolati
   m->layers[m->count++] = layer;
 }
 
+TEST(keys_of_a_layer_reach_its_end_however_its_times_are_rounded) {
+  srand(11);
+  for (int i = 0; i < 16; i++) {
+    mixture *m = begin();
+    add(m, layer_of(TW_LAYER_REPLACE, &one), 1, 1.96);
+    m->layers[0].offset = -0.061 * i, m->layers[0].speed = 1 + 0.037 * i;
+    mix(m);
+    tw_arena *arena = tw_arena_create();
+    tw_clip_keys keys;
+    tw_tolerance reached;
+    tw_clip *plain = reduced_of(m, 0.1, 1e-3, arena, &keys, &reached);
+    tw_trs poses[NODES], others[NODES];
+    tw_clip_pose(m->clip, m->nodes, NODES, tw_clip_duration(m->clip), poses);
+    tw_clip_pose(plain, m->nodes, NODES, tw_clip_duration(m->clip), others);
+    for (uint32_t n = 0; n < NODES; n++)
+      assert_true(ref_angle(ref_of(poses[n].rotation), ref_of(others[n].rotation)) <=
+                  0.1 * REF_DEGREES + 1e-6);
+    tw_clip_destroy(plain);
+    tw_arena_destroy(arena);
+    end(m);
+  }
+}
+
+/* A clip of these tracks. */
+static void add_tracks(mixture *m, tw_layer layer, const tw_track_keys *tracks, uint32_t count) {
+  moves *made = m->moves[m->count] = calloc(1, sizeof(moves));
+  assert_non_null(made);
+  tw_clip_keys keys = {.track_count = count, .tracks = tracks};
+  assert_int_equal(tw_clip_create(&keys, NODES, -1, &made->clip, NULL), TW_OK);
+  made->duration = tw_clip_duration(made->clip);
+  m->layers[m->count++] = layer;
+}
+
+TEST(keys_show_the_last_jump_however_its_time_is_rounded) {
+  static const float ends[] = {0, 3}, turns[] = {0, 0, 0, 1, 1, 0, 0, 0};
+  static const float jumps[] = {0, 0.7F, 1.84F}, steps[] = {0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0};
+  tw_track_keys tracks[2] = {quaternion_keys(TW_LINEAR, ends, turns, 2),
+                             quaternion_keys(TW_LINEAR, ends, turns, 1)};
+  tw_track_keys step = quaternion_keys(TW_STEP, jumps, steps, 3);
+  tracks[1].node = step.node = 1;
+  for (int i = 0; i < 16; i++) {
+    mixture *m = begin();
+    add_tracks(m, layer_of(TW_LAYER_REPLACE, &one), tracks, 2);
+    add_tracks(m, layer_of(TW_LAYER_ADDITIVE, &one), &step, 1);
+    m->layers[1].offset = -0.061 * i, m->layers[1].speed = 1 + 0.037 * i;
+    mix(m);
+    tw_arena *arena = tw_arena_create();
+    tw_clip_keys keys;
+    tw_tolerance reached;
+    tw_clip *plain = reduced_of(m, 0.1, 1e-3, arena, &keys, &reached);
+    tw_trs pose[NODES];
+    tw_clip_pose(plain, m->nodes, NODES, 3, pose);
+    assert_true(ref_angle(ref_of(pose[1].rotation), (ref_quat){0, 1, 0, 0}) < 1e-6);
+    tw_clip_destroy(plain);
+    tw_arena_destroy(arena);
+    end(m);
+  }
+}
+
+TEST(keys_of_steps_jump_where_clips_below_clips_do) {
+  enum { JUMPS = 24 };
+  static float times[JUMPS], turns[JUMPS][4];
+  static const float ends[] = {0, 12}, still[] = {0, 0, 0, 1, 0, 0, 0, 1};
+  for (int k = 0; k < JUMPS; k++) times[k] = 0.37F * (float)k, turns[k][k % 3] = 1;
+  tw_track_keys tracks[2] = {quaternion_keys(TW_LINEAR, ends, still, 2),
+                             quaternion_keys(TW_STEP, times, turns[0], JUMPS)};
+  tracks[1].node = 1;
+  for (int i = 0; i < 16; i++) {
+    mixture *inner = begin(), *outer = begin();
+    add_tracks(inner, layer_of(TW_LAYER_REPLACE, &one), tracks, 2);
+    inner->layers[0].offset = -8 - 0.017 * i, inner->layers[0].speed = 1.7;
+    mix(inner);
+    outer->moves[0] = calloc(1, sizeof(moves));
+    assert_non_null(outer->moves[0]);
+    outer->moves[0]->clip = inner->clip, outer->moves[0]->duration = tw_clip_duration(inner->clip);
+    outer->layers[outer->count++] = layer_of(TW_LAYER_REPLACE, &one);
+    outer->layers[0].offset = 5 + 0.013 * i, outer->layers[0].speed = 0.83;
+    mix(outer);
+    tw_arena *arena = tw_arena_create();
+    tw_clip_keys keys;
+    tw_tolerance reached;
+    tw_clip *plain = reduced_of(outer, 0.1, 1e-3, arena, &keys, &reached);
+    for (int k = 0; k + 1 < JUMPS; k++) { /* between two jumps */
+      double local = (0.37 * (k + 0.5) - inner->layers[0].offset) / 1.7,
+             at = (local - outer->layers[0].offset) / 0.83;
+      tw_trs pose[NODES];
+      if (local < 0 || at < 0) continue;
+      tw_clip_pose(plain, outer->nodes, NODES, (float)at, pose);
+      assert_true(fabs((double)fabsf(pose[1].rotation[k % 3]) - 1) < 1e-6);
+    }
+    tw_clip_destroy(plain);
+    tw_arena_destroy(arena);
+    free(inner->moves[0]);
+    free(inner);
+    end(outer);
+  }
+}
+
 TEST(keys_of_a_loop_jump_where_it_begins_again) {
   mixture *m = begin();
   add_turn_of(m, layer_of(TW_LAYER_REPLACE, &one), TW_LINEAR);
@@ -525,6 +639,56 @@ TEST(keys_of_a_loop_jump_where_it_begins_again) {
   tw_clip_destroy(plain);
   tw_arena_destroy(arena);
   end(m);
+}
+
+/* A loop of one second, mixed with a clip that ends between two keys of its second round. */
+static void mix_cut_loop(mixture *m) {
+  add(m, layer_of(TW_LAYER_REPLACE, &one), 1, 1);
+  m->layers[0].loop = TW_REPEAT;
+  add(m, layer_of(TW_LAYER_REPLACE, &one), NODES, 1);
+  static const float times[] = {0, 1.1F}, tiny[] = {1e-6F, 1e-6F};
+  m->layers[1].weight_count = 2, m->layers[1].weight_times = times, m->layers[1].weights = tiny;
+  mix(m);
+}
+
+/* Holds keys against the mixed clip, except near 1 and `jump`, where its loop begins again. */
+static void expect_near_keys(const mixture *m, double jump) {
+  tw_arena *arena = tw_arena_create();
+  tw_clip_keys keys;
+  tw_tolerance reached;
+  tw_clip *plain = reduced_of(m, 0.1, 1e-3, arena, &keys, &reached);
+  const double breaks[] = {1, jump};
+  double errors[2];
+  largest_errors(m, plain, breaks, 2, errors);
+  assert_true(errors[0] <= 0.1 * REF_DEGREES + 1e-6 && errors[1] <= 1e-3 + 1e-6);
+  tw_clip_destroy(plain);
+  tw_arena_destroy(arena);
+}
+
+TEST(keys_of_a_loop_go_on_until_the_clip_ends) {
+  srand(9);
+  mixture *m = begin();
+  mix_cut_loop(m);
+  assert_true(tw_clip_duration(m->clip) == 1.1F);
+  expect_near_keys(m, 1);
+  end(m);
+}
+
+TEST(keys_of_a_clip_that_ends_in_a_loop_hold_its_ends) {
+  srand(10);
+  mixture *inner = begin(), *outer = begin();
+  mix_cut_loop(inner);
+  outer->moves[0] = calloc(1, sizeof(moves));
+  assert_non_null(outer->moves[0]);
+  outer->moves[0]->clip = inner->clip, outer->moves[0]->duration = 1.1F;
+  outer->layers[outer->count++] = layer_of(TW_LAYER_REPLACE, &one);
+  outer->layers[0].offset = -0.3;
+  add(outer, layer_of(TW_LAYER_ADDITIVE, &one), 2, 3);
+  mix(outer);
+  expect_near_keys(outer, 1.3);
+  for (uint32_t i = 0; i < inner->count; i++) free(inner->moves[i]);
+  free(inner);
+  end(outer);
 }
 
 TEST(keys_of_a_step_track_are_its_own) {

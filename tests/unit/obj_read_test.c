@@ -235,7 +235,7 @@ TEST(faces_of_every_size_and_form_are_kept) {
                 "f 1/1 2/2 3/3\nf -5//1 -3//-1 -2//1 -1//1\nf 1/1/1 2/-2/1 3/3/1 4/1/1 5/1/1\n");
   const tw_mesh *mesh = &model->meshes[0];
   static const uint32_t offsets[] = {0, 3, 7, 12}, corners[] = {0, 1, 2, 0, 2, 3, 4, 0, 1, 2, 3, 4};
-  static const uint32_t uvs[] = {0, 1, 2, 3, 3, 3, 3, 0, 1, 2, 0, 0};
+  static const uint32_t uvs[] = {0, 1, 2, 0, 0, 0, 0, 0, 1, 2, 0, 0}; /* corners without one have 0 0 */
   assert_int_equal(mesh->face_count, 3);
   assert_int_equal(mesh->corner_count, 12);
   assert_memory_equal(mesh->face_offsets, offsets, sizeof offsets);
@@ -291,6 +291,33 @@ TEST(texture_coordinates_that_are_not_finite_become_0_with_a_warning) {
   assert_int_equal(model->warning_count, 1);
   assert_non_null(strstr(model->warnings[0], "2 texture coordinates are 0 0"));
   tw_model_destroy(model);
+}
+
+/* How many values of the first set the corners name at a point. */
+static uint32_t uvs_at(const tw_mesh *mesh, uint32_t point) {
+  uint32_t count = 0, first = 0;
+  for (uint32_t c = 0; c < mesh->corner_count; c++) {
+    uint32_t value = mesh->uv_sets[0].corners[c];
+    if (mesh->corners[c] != point) continue;
+    if (count == 0) first = value;
+    count = count == 0 ? 1 : value == first ? count : count + 1;
+  }
+  return count;
+}
+
+TEST(texture_coordinates_that_are_written_for_every_corner_have_seams_where_they_differ) {
+  static const char points[] = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\n";
+  static const char values[] = "vt 0 0\nvt .5 0\nvt .5 1\nvt 0 1\nvt .5 0\nvt 1 0\nvt 1 1\nvt .6 1\n";
+  static const char *const rest[] = {"f 1/1 2/2 5/3 4/4\nf 2/5 3/6 6/7 5/8\n",
+                                     "v 2 1 0\nf 1/1 2/2 5/3 4/4\nf 2/5 3/6 6/7 5/8\nf 2/5 3/6 7/7\n"};
+  for (int i = 0; i < 2; i++) { /* points that are welded, and none */
+    char text[512];
+    snprintf(text, sizeof text, "%s%s%s", points, values, rest[i]);
+    tw_model *model = read_good(text);
+    assert_int_equal(uvs_at(&model->meshes[0], 1), 1);
+    assert_int_equal(uvs_at(&model->meshes[0], 4), 2);
+    tw_model_destroy(model);
+  }
 }
 
 TEST(lines_points_and_curves_are_left_out_with_one_warning_that_names_the_first) {

@@ -76,7 +76,7 @@ typedef struct tw_mix_job {
  * one phase, which counts rounds: it rises by the mean of speed / duration of those that replace (or of the
  * additive ones, where there are no others), weighted by the weights over their sum at that time, and each
  * shows its clip at offset + phase duration, repeated. Wherever a clip repeats, the end of a round shows the
- * clip's end.
+ * clip's end, or its beginning where it plays backwards.
  * The duration is the longest of what the layers with a weight above 0 take to come to their end (a round of
  * those that loop, two for TW_PINGPONG; nothing where speed is 0), of the last key times of weights, and of
  * the first time at which the synchronised phase is whole and their weights are constant. Outside of it the
