@@ -521,7 +521,7 @@ TEST_WITH(the_source_of_binary_stl_has_its_type, loopback_setup, loopback_teardo
   uint8_t stl[SIZE] = {[80] = FACETS};
   for (size_t f = 0; f < FACETS; f++)
     for (size_t p = 0; p < 3; p++) {
-      const float point[3] = {p == 1, p == 2, (float)f};
+      const float point[3] = {p == 1 ? 1 : 0, p == 2 ? 1 : 0, (float)f};
       memcpy(stl + 84 + 50 * f + 12 * (1 + p), point, sizeof point);
     }
   reply r = loopback_ask(*state, "POST", "/v1/models", "Content-Type: model/stl\n", stl, SIZE);

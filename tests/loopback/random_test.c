@@ -31,7 +31,11 @@ static const char *pick_word(chain *c, const char *words, char out[WORD]) {
   for (const char *at = words; *at; at++) count += *at == ' ';
   for (count = pick(c, count); count > 0; count--) words = strchr(words, ' ') + 1;
   snprintf(out, WORD, "%.*s", (int)strcspn(words, " "), words);
-  for (char *at = out; *at; at++) *at = *at == '\'' ? '"' : *at == '#' ? (char)('0' + pick(c, 10)) : *at;
+  for (char *at = out; *at; at++)
+    if (*at == '\'')
+      *at = '"';
+    else if (*at == '#')
+      *at = (char)('0' + pick(c, 10));
   return out;
 }
 

@@ -744,7 +744,7 @@ static void read_warning(const reply *r, char *out, size_t size) {
   unsigned byte;
   while (text && *text && count + 1 < size) {
     bool is_coded = *text == '%' && sscanf(text + 1, "%2x", &byte) == 1;
-    out[count++] = is_coded ? (char)byte : *text;
+    out[count++] = (char)(is_coded ? (int)byte : *text);
     text += is_coded ? 3 : 1;
   }
   out[count] = 0;
