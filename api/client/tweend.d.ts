@@ -1600,7 +1600,8 @@ export interface PoseOptions {
   /** Number of evenly spaced times per second. Excludes `at`. */
   fps?: number;
   /**
-   * Relative to the parent, or in the model's space. In world space only matrices can hold shear.
+   * Relative to the parent, or in the model's space. In world space only matrices can hold shear, and a number
+   * beyond 3.4e38, as scales above a node multiply to, is `null` (in `pose.bin` an infinity).
    * @default local
    */
   space?: "local" | "world";
@@ -1723,7 +1724,8 @@ export interface LiveOptions {
    */
   loop?: "clamp" | "repeat" | "pingpong";
   /**
-   * Relative to the parent, or in the model's space. In world space only matrices can hold shear.
+   * Relative to the parent, or in the model's space. In world space only matrices can hold shear, and a number
+   * beyond 3.4e38, as scales above a node multiply to, is `null` (in `pose.bin` an infinity).
    * @default local
    */
   space?: "local" | "world";
