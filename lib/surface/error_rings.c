@@ -382,37 +382,31 @@ static double step_error(const tw_error_wheel *w, const ring *r, const ring *nex
   return most;
 }
 
-/* The distance of the regular faces that the last step made, on their level and on `count` in all. enough:
- * [count] */
-static void take_regular(const tw_error_wheel *w, const ring *r, bool limit, bool graph, const double *enough,
-                         double *errors, uint32_t count) {
+/* The distance of the regular faces that the last step made, on their level and on `count` in all. */
+static void take_regular(const tw_error_wheel *w, const ring *r, bool limit, bool graph, double *errors,
+                         uint32_t count) {
   tw_error_net net;
   for (uint32_t i = 0; i < 3 * w->valence; i++) {
+    double hull;
     for (int k = 0; k < 16; k++)
       memcpy(net.points[k / 4][k % 4], r->control[w->nets[i][k]], sizeof(double[3]));
-    tw_error_take_net(&net, limit, graph, enough, errors, count);
+    double error = tw_error_of_net(&net, limit, &hull);
+    for (uint32_t k = 0; k < count; k++, error /= 4) {
+      errors[k] = tw_greater(errors[k], graph ? tw_lesser(error, hull) : error);
+      if (error <= hull || !graph) break; /* a quarter from there on */
+    }
   }
 }
 
-/* What is enough of regular faces after a step: what adds little to the step, or leaves the ring nearer than
- * what is known of its own level and of theirs. */
-static void find_enough(const double *known, double least, double step, uint32_t count, double *out) {
-  const double little = 0.25;
-  for (uint32_t k = 0; k < count; k++, step /= 2)
-    out[k] = known ? tw_greater(tw_greater(least, little * step), tw_lesser(known[k] - step, known[k + 1]))
-                   : INFINITY;
-}
-
 uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_t vertex, double enough,
-                          const double *known, double *out) {
+                          double *out) {
   const tw_topology *t = &p->topology;
   uint32_t valence = tw_error_wheel_valence(t, vertex), depth = 0,
            deepest = m->level_max + TW_ERROR_FURTHER_LEVELS - p->level;
   ring rings[2];
   if (valence == 0 || !m->wheels[valence] || !gather(p, m->wheels[valence], vertex, &rings[0])) return 0;
   const tw_error_wheel *w = m->wheels[valence];
-  double steps[TW_ERROR_RING_LEVELS], regular[TW_ERROR_RING_LEVELS + 1] = {0},
-                                                                     of_regular[TW_ERROR_RING_LEVELS];
+  double steps[TW_ERROR_RING_LEVELS], regular[TW_ERROR_RING_LEVELS + 1] = {0};
   find_normals(w, &rings[0]);
   double rest = hull_of(&rings[0], is_graph(w, &rings[0]));
   for (; rest > enough && depth < deepest; depth++) {
@@ -420,8 +414,7 @@ uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_
     step_ring(w, own, m->options->limit, next);
     bool graph = is_graph(w, next);
     steps[depth] = step_error(w, own, next);
-    find_enough(known ? known + depth : NULL, enough, steps[depth], deepest - depth, of_regular);
-    take_regular(w, next, m->options->limit, graph, of_regular, regular + depth + 1, deepest - depth);
+    take_regular(w, next, m->options->limit, graph, regular + depth + 1, TW_ERROR_RING_LEVELS - depth);
     rest = hull_of(next, graph);
   }
   out[depth] = rest;

@@ -5,7 +5,6 @@
 void tw_error_gap_take(tw_error_gap *g, const double *to, const double *from, double cosine) {
   double moved[3];
   tw_difference3(to, from, moved);
-  if (tw_dot3(moved, moved) <= g->size * g->size) return;
   tw_offset o = tw_offset_split(moved, g->normal);
   if (o.slide > 0 && o.slide <= g->reach)
     o.whole = tw_lesser(o.whole, o.normal + tw_error_slope(cosine) * o.slide);

@@ -20,12 +20,6 @@
  * points of two rows around it (error_rings.c). After two steps no face has a second such point, so those
  * steps are made for a batch of faces at a time, and so are deeper ones that have no room at once.
  *
- * 4. Near irregular points the points of a regular face slide far along the surface, so that the measure of 1
- * is many times the distance. Where that is among the greatest, a closer look compares limit points all over
- * the face with its triangles, as a face is compared with what comes of it (error_look.c), of rings too. The
- * faces that bend most, and the farthest rings, are looked at first: the others need a look only where they
- * may be farther than these.
- *
  * After the last step, what is left follows from the convex hull of the control points around a face, in
  * which all deeper levels and the limit lie, as masks have no negative weights.
  *
@@ -46,7 +40,8 @@ enum {
   SMALL_PART = 8,       /* of what is enough: faces with less than that are not refined */
   FACES_AT_ONCE = 1024, /* between two charges of work */
   FACE_WORK = 256,
-  LOOK_WORK = 8192,
+  RINGS_AT_ONCE = 64,
+  RING_WORK = 16384,
   PARTS_OF_SIZE = 3000000 /* floats round to fewer than this many parts of a coordinate, masks too */
 };
 
@@ -63,10 +58,10 @@ typedef struct findings {
   uint32_t first, last;
 } findings;
 
-/* Takes into account that a measured face is that far from the limit at a level; with each step it is
- * nearer: a quarter as far, where it was not looked at closely. */
-static void settle_at(findings *found, uint32_t level, double error, double fall) {
-  for (; level <= LEVELS_MAX; level++, error *= fall)
+/* Takes into account that a measured face is that far from the limit at a level: regular ones are a quarter
+ * as far with each step. */
+static void settle_at(findings *found, uint32_t level, double error) {
+  for (; level <= LEVELS_MAX; level++, error /= 4)
     found->settled[level] = tw_greater(found->settled[level], error);
 }
 
@@ -77,15 +72,13 @@ typedef struct pass {
   const tw_measuring *m;
   tw_error_part *p;
   enum { PASS_SETTLED, PASS_CLOSELY, PASS_STEP, PASS_REST } kind;
-  const double *next;             /* of steps */
-  const double *radii;            /* of the rest */
-  double *rests;                  /* [faces] of open ones */
-  double *steps;                  /* [faces] of open ones */
-  tw_error_frame *frames;         /* [faces] of open ones */
-  tw_face_measure *of_face;       /* [faces] of open ones */
-  double enough[TW_ERROR_LOOKED]; /* what is more is looked at closely, on a face's own level and the next
-                                     ones */
-  double usual;                   /* faces of which less is usual are not */
+  const double *next;       /* of steps */
+  const double *radii;      /* of the rest */
+  double *rests;            /* [faces] of open ones */
+  double *steps;            /* [faces] of open ones */
+  tw_error_frame *frames;   /* [faces] of open ones */
+  tw_face_measure *of_face; /* [faces] of open ones */
+  double allowed;           /* what is more is looked at closely */
   tw_share *shares[TW_PARALLEL_FOR_PARTS_MAX];
   double most[TW_PARALLEL_FOR_PARTS_MAX];
 } pass;
@@ -99,8 +92,7 @@ static double measure_face(pass *s, uint32_t index, uint32_t face) {
     return s->rests[face] = tw_error_of_rest(s->m, s->p, s->radii, face, s->shares[index]);
   if (s->kind == PASS_CLOSELY) {
     tw_face_measure *own = &s->of_face[face];
-    if (own->is_close || own->error <= s->enough[0] || own->usual < s->usual || !tw_work(LOOK_WORK)) return 0;
-    tw_error_look_closely(s->p, face, s->enough, own);
+    if (own->error > s->allowed) tw_error_look_closely(s->p, face, s->allowed, own);
     return 0;
   }
   s->of_face[face] = tw_error_of_patch(s->m, s->p, face);
@@ -162,32 +154,6 @@ static double leave_room(const tw_measuring *m, const tw_error_part *p, const tw
   }
 }
 
-/* Looks closely at regular faces that are farther than is enough: first at those that bend most, which tell
- * what of others does not matter. */
-static tw_status look_closely(pass *s, double usual, double allowed, double least) {
-  const double most_bent = 0.9;
-  tw_status status = TW_OK;
-  s->kind = PASS_CLOSELY;
-  for (int i = 0; i < TW_ERROR_LOOKED; i++) s->enough[i] = tw_greater(allowed / (1 << 2 * i), least);
-  for (int round = 0; round < 2 && status == TW_OK; round++) {
-    double none;
-    s->usual = round == 0 ? most_bent * usual : 0;
-    status = run(s, &none);
-    for (uint32_t f = 0; f < s->p->topology.face_count; f++) {
-      const tw_face_measure *own = &s->of_face[f];
-      if (s->p->states[f] < TW_FACE_OPEN || own->error < 0 || !own->is_close) continue;
-      for (int i = 0; i < TW_ERROR_LOOKED; i++) s->enough[i] = tw_greater(s->enough[i], own->closely[i]);
-    }
-  }
-  return status;
-}
-
-static void settle_measure(findings *found, uint32_t level, const tw_face_measure *own) {
-  if (!own->is_close) settle_at(found, level, own->error, (double)own->fall);
-  for (uint32_t i = 0; i < TW_ERROR_LOOKED && own->is_close; i++)
-    settle_at(found, level + i, own->closely[i], 0.25);
-}
-
 /* Measures the faces whose deeper levels follow from them: these are not open any more, unless their children
  * would tell more of what is the greatest and have room. */
 static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish, findings *found) {
@@ -197,29 +163,139 @@ static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_
             .p = p,
             .kind = PASS_SETTLED,
             .of_face = tw_arena_alloc_raw(p->arena, faces, sizeof *s.of_face)};
-  double usual, others;
+  double usual, others, most = 0;
   if (!s.of_face) return TW_NO_MEMORY;
   tw_status status = run(&s, &usual);
   if (status != TW_OK) return status;
   others = tw_greater(found->settled[p->level], found->step / 4);
   double allowed = tw_greater(loose * tw_greater(usual, others), wish->enough / SMALL_PART);
   if (!m->rules.linear && !m->options->limit) { /* how far faces around limit points reach is not known */
-    status = look_closely(&s, usual, allowed, wish->enough / SMALL_PART);
+    s.kind = PASS_CLOSELY;
+    s.allowed = allowed;
+    status = run(&s, &usual);
     if (status != TW_OK) return status;
   }
   if (is_too_large(m, p)) allowed = leave_room(m, p, s.of_face, allowed);
   for (uint32_t f = 0; f < faces; f++) {
     if (p->states[f] < TW_FACE_OPEN || s.of_face[f].error < 0) continue;
     p->wholes[f] = s.of_face[f].whole;
-    p->errors[f] = s.of_face[f].error; /* also where it is given up later */
-    p->falls[f] = s.of_face[f].fall;
     if (tells_more(p, f, &s.of_face[f], allowed)) {
       p->states[f]++;
+      p->errors[f] = s.of_face[f].error; /* which holds where it is given up */
       continue;
     }
-    settle_measure(found, p->level, &s.of_face[f]);
+    p->errors[f] = s.of_face[f].error;
+    p->falls[f] = s.of_face[f].fall;
+    most = tw_greater(most, p->errors[f]);
     p->states[f] = TW_FACE_AROUND;
     p->open_count--;
+  }
+  settle_at(found, p->level, most);
+  return TW_OK;
+}
+
+/* The open faces around a vertex: how far they are from the limit, on their level and on deeper ones. */
+typedef struct ring {
+  uint32_t vertex, count; /* of errors, of which the last one holds on; 0: it is no ring */
+  double errors[TW_ERROR_RING_LEVELS];
+} ring;
+
+typedef struct rings_pass {
+  const tw_measuring *m;
+  const tw_error_part *p;
+  double enough;
+  ring *rings;
+} rings_pass;
+
+static void measure_rings(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  rings_pass *s = context;
+  (void)part;
+  for (uint32_t i = begin; i < end; i++) {
+    ring *r = &s->rings[i];
+    if ((i - begin) % RINGS_AT_ONCE == 0 && !tw_work(RINGS_AT_ONCE * RING_WORK)) return;
+    r->count = tw_error_of_ring(s->m, s->p, r->vertex, s->enough, r->errors);
+  }
+}
+
+/* Whether some of a vertex's faces are open, and the points of two rows around it are right: where a part was
+ * cut out, those around open faces alone are after a step; a batch has another row. */
+static bool may_be_ring(const tw_error_part *p, uint32_t vertex) {
+  const tw_topology *t = &p->topology;
+  uint32_t open = 0, valence = tw_error_wheel_valence(t, vertex);
+  for (uint32_t i = 0; i < valence; i++)
+    open += p->states[tw_corner_face(t, t->fan_corners[t->fan_offsets[vertex] + i])] >= TW_FACE_OPEN;
+  return open > 0 && (open == valence || (p->batch_level == 1 && p->level <= 2));
+}
+
+/* Lists the vertices that may have rings, and measures these. */
+static tw_status find_rings(const tw_measuring *m, const tw_error_part *p, double enough, ring **rings,
+                            uint32_t *count) {
+  *count = 0;
+  tw_status status = tw_error_find_wheels(m, &p->topology);
+  for (uint32_t v = 0; v < p->topology.vertex_count; v++) *count += may_be_ring(p, v);
+  rings_pass s = {m, p, enough, tw_arena_alloc_raw(p->arena, *count, sizeof **rings)};
+  *rings = s.rings;
+  if (status != TW_OK || !s.rings) return status == TW_OK ? TW_NO_MEMORY : status;
+  for (uint32_t v = 0, i = 0; v < p->topology.vertex_count; v++)
+    if (may_be_ring(p, v)) s.rings[i++].vertex = v;
+  tw_parallel_for_run(m->parallel, *count, RINGS_AT_ONCE, measure_rings, &s);
+  status = tw_parallel_for_status(m->parallel);
+  return status == TW_OK ? tw_work_status(NULL) : status;
+}
+
+/* The distance up to which rings are settled: deeper levels, of which there is room for some, tell of the
+ * others more closely. */
+static double find_ring_room(const tw_measuring *m, const ring *rings, uint32_t count) {
+  const uint32_t room = m->faces_max / 4 / 96; /* each step makes about 96 faces of a ring */
+  const double step = 0.9, loose = 4;          /* how much less the deeper levels may tell */
+  double limit = 0, least;
+  for (uint32_t i = 0; i < count; i++)
+    if (rings[i].count > 0) limit = tw_greater(limit, rings[i].errors[0]);
+  for (least = limit / loose; limit > least; limit *= step) {
+    uint32_t more = 0;
+    for (uint32_t i = 0; i < count; i++) more += rings[i].count > 0 && rings[i].errors[0] > limit * step;
+    if (more > room) break;
+  }
+  return limit;
+}
+
+static void settle_ring(tw_error_part *p, const ring *r, findings *found) {
+  const tw_topology *t = &p->topology;
+  double fall = r->count > 1 ? 0 : 1;
+  for (uint32_t i = 1; i < r->count; i++) fall = tw_greater(fall, r->errors[i] / r->errors[i - 1]);
+  for (uint32_t l = p->level; l <= LEVELS_MAX; l++) {
+    uint32_t i = l - p->level < r->count ? l - p->level : r->count - 1;
+    found->settled[l] = tw_greater(found->settled[l], r->errors[i]);
+  }
+  for (uint32_t i = t->fan_offsets[r->vertex]; i < t->fan_offsets[r->vertex + 1]; i++) {
+    uint32_t face = tw_corner_face(t, t->fan_corners[i]), made = tw_error_as_made(p, face);
+    if (p->states[face] < TW_FACE_OPEN) continue;
+    p->errors[made] = r->errors[0];
+    p->falls[made] = (float)fall + 1e-6F;
+    p->states[face] = TW_FACE_AROUND;
+    p->open_count--;
+  }
+}
+
+/* Whether a ring is on no level farther than what is settled already. */
+static bool is_known(const ring *r, const findings *found, uint32_t level) {
+  bool is = r->count > 0;
+  for (uint32_t i = 0; i < r->count && level + i <= LEVELS_MAX; i++)
+    is = is && r->errors[i] <= found->settled[level + i];
+  return is;
+}
+
+/* Measures open faces around one irregular vertex, and settles them: all, or those that are not among the
+ * farthest. */
+static tw_status settle_rings(const tw_measuring *m, tw_error_part *p, bool all, findings *found) {
+  ring *rings;
+  uint32_t count;
+  tw_status status = find_rings(m, p, found->small, &rings, &count);
+  if (status != TW_OK) return status;
+  double limit = all ? INFINITY : find_ring_room(m, rings, count);
+  for (uint32_t i = 0; i < count; i++) {
+    bool settles = rings[i].count > 0 && rings[i].errors[0] <= limit;
+    if (settles || is_known(&rings[i], found, p->level)) settle_ring(p, &rings[i], found);
   }
   return TW_OK;
 }
@@ -231,7 +307,7 @@ static void settle_measured(tw_error_part *p, findings *found) {
     if (p->states[f] < TW_FACE_OPEN || !(error > 0)) continue;
     p->states[f] = TW_FACE_AROUND;
     p->open_count--;
-    settle_at(found, p->level, error, (double)p->falls[tw_error_as_made(p, f)]);
+    settle_at(found, p->level, error);
   }
 }
 
@@ -259,7 +335,7 @@ static void give_up(tw_error_part *p, const double *rests, double limit, finding
     p->open_count--;
     if (!is_measured) *error = rests[f];
     if (is_measured) {
-      settle_at(found, p->level, *error, (double)p->falls[tw_error_as_made(p, f)]);
+      settle_at(found, p->level, *error);
     } else {
       p->falls[tw_error_as_made(p, f)] = 1;
       found->rests[p->level] = tw_greater(found->rests[p->level], *error);
@@ -316,15 +392,13 @@ static tw_status narrow(const tw_measuring *m, tw_error_part *p, const tw_error_
   /* Where level 2 fills half of the room, what is around its irregular points may be too large on level 3. */
   if (p->level == 1 && 2 * count_children(m, p) > m->faces_max && can_batch(m, p))
     return measure_batches(m, p, wish, found);
-  if (has_rings && (p->batch_level > 0 || is_too_large(m, p)))
-    status = tw_error_settle_rings(m, p, false, found->small, found->settled);
+  if (has_rings && (p->batch_level > 0 || is_too_large(m, p))) status = settle_rings(m, p, false, found);
   /* The faces of a batch of level 1 stay together for the rings of level 2. */
   if (p->batch_level == 1 && p->level == 1) return status;
   for (int attempt = SMALL_ONES; p->open_count > 0 && status == TW_OK; attempt++) {
     double *rests = NULL, most = 0;
     if (attempt == MEASURED) settle_measured(p, found);
-    if (attempt == RINGS && has_rings)
-      status = tw_error_settle_rings(m, p, true, found->small, found->settled);
+    if (attempt == RINGS && has_rings) status = settle_rings(m, p, true, found);
     if (attempt >= ROOM || (attempt == SMALL_ONES && limit > 0)) status = find_rests(m, p, &rests, &most);
     if (status != TW_OK) return status;
     if (attempt >= ROOM)

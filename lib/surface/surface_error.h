@@ -9,7 +9,6 @@
 
 enum {
   TW_AROUND_MAX = 64,         /* faces at a vertex that are looked at one by one */
-  TW_ERROR_LOOKED = 3,        /* levels whose distances a closer look at a face tells */
   TW_ERROR_FURTHER_LEVELS = 6 /* below the last one asked for, so that what is left is small beside it */
 };
 
@@ -88,14 +87,12 @@ typedef struct tw_offset {
 
 /* What is known of a face whose deeper levels follow from it. */
 typedef struct tw_face_measure {
-  double error;  /* its distance from the limit; below 0: of a face that is open still */
-  double whole;  /* the same if nothing slides, from points of the face to those of its own limit */
-  double usual;  /* about what it would be if nothing varied: where `error` is much more, its children tell
-                    more */
-  float fall;    /* how much of the error its children have at most */
-  bool is_close; /* looked at closely */
-  double closely[TW_ERROR_LOOKED]; /* then: the distance on the face's own level and the next ones; a quarter
-                                      of the last one from there on */
+  double error;     /* its distance from the limit; below 0: of a face that is open still */
+  double whole;     /* the same if nothing slides, from points of the face to those of its own limit */
+  double usual;     /* about what it would be if nothing varied: where `error` is much more, its children tell
+                       more */
+  tw_offset offset; /* of a patch: between its points and those of the face at the same parameters */
+  float fall;       /* how much of the error its children have at most */
 } tw_face_measure;
 
 /* Of numbers: unlike fmax and fmin they are no calls. */
@@ -113,12 +110,6 @@ static inline const double *tw_point_at(const double *points, uint32_t vertex) {
 /* The face of a level as it was made that a face of a part of it is. */
 static inline uint32_t tw_error_as_made(const tw_error_part *p, uint32_t face) {
   return p->made ? p->made[face] : face;
-}
-
-static inline void tw_offset_widen(tw_offset *most, const tw_offset *more) {
-  most->normal = tw_greater(more->normal, most->normal);
-  most->slide = tw_greater(more->slide, most->slide);
-  most->whole = tw_greater(more->whole, most->whole);
 }
 
 /* Splits a vector. normal: 0 0 0 where there is none. */
@@ -205,56 +196,22 @@ bool tw_error_is_end(const tw_error_part *p, uint32_t edge);
 bool tw_error_is_rim(const tw_error_part *p, uint32_t edge);
 tw_status tw_error_find_rims(tw_error_part *p);
 
-/* ---- control points of regular faces: error_net.c ---------------------------------------------- */
+/* ---- regular faces: error_patch.c --------------------------------------------------------------- */
 
 /* The control points of a patch: [v][u], the face's own corners in the middle. */
 typedef struct tw_error_net {
   double points[4][4][3];
 } tw_error_net;
 
-/* Kinds of second differences. */
-enum { TW_ERROR_ALONG_U, TW_ERROR_ALONG_V, TW_ERROR_MIXED, TW_ERROR_KINDS };
-
-static inline const double *tw_error_net_step(const tw_error_net *n, int axis, int line, int i) {
-  return axis == 0 ? n->points[line][i] : n->points[i][line];
-}
-
-/* Finds the net of a quad among quads; false where its surface is no single patch. */
-bool tw_error_find_net(const tw_error_part *p, uint32_t face, tw_error_net *out);
-
-/* The nets of a patch's quarters: those of lesser u first. */
-void tw_error_split_net(const tw_error_net *n, tw_error_net out[4]);
-
-/* The second differences of a kind: [8] along u or v, [9] mixed. Returns how many. */
-int tw_error_find_differences(const tw_error_net *n, int kind, double out[9][3]);
-
-/* The greatest height along the normal, the greatest slide across it and the greatest length of some vectors.
- */
-tw_offset tw_error_find_greatest(double (*vectors)[3], int count, const double normal[3]);
-
-/* The difference between the surface and its triangles, bounded by the lengths of the greatest second
- * differences alone. */
-double tw_error_plain_deviation(bool limit, double u, double v, double mixed);
-
-/* The distance between a side of a face, from its corner of that number on, and its limit curve, where that
- * is a curve of its own. */
-double tw_error_of_side(const tw_error_net *n, int side, bool limit);
-
-/* ---- regular faces: error_patch.c --------------------------------------------------------------- */
-
 tw_face_measure tw_error_of_patch(const tw_measuring *m, const tw_error_part *p, uint32_t face);
 
-/* ---- a closer look at regular faces: error_look.c ------------------------------------------------ */
+/* Lowers the distance of a regular face of smooth rules, where it is more than is enough: a closer look,
+ * which costs more. The level shows control points, not limit points. */
+void tw_error_look_closely(const tw_error_part *p, uint32_t face, double enough, tw_face_measure *own);
 
-/* Lowers the distance of a regular face of smooth rules, where it is more than is enough. The level shows
- * control points, not limit points. enough: [TW_ERROR_LOOKED] on the face's own level and the next ones. */
-void tw_error_look_closely(const tw_error_part *p, uint32_t face, const double *enough, tw_face_measure *own);
-
-/* Raises the distances of a patch from the limit on its own level and on deeper ones. graph: whether all
- * these are graphs, seen along the third axis. enough: [count] what is less is looked at no further;
- * INFINITY: there is no closer look. */
-void tw_error_take_net(const tw_error_net *n, bool limit, bool graph, const double *enough, double *errors,
-                       uint32_t count);
+/* The distance of a patch, which its children have a quarter of. *hull: what it and they have at most where
+ * all these are graphs, seen along the third axis. */
+double tw_error_of_net(const tw_error_net *n, bool limit, double *hull);
 
 /* ---- faces around one irregular point: error_rings.c -------------------------------------------- */
 
@@ -267,20 +224,11 @@ uint32_t tw_error_wheel_valence(const tw_topology *t, uint32_t vertex);
 
 /* The distances of the faces around an irregular vertex from the limit: at out[0] on their own level, then on
  * the deeper ones. Returns how many of these were found; deeper levels are no farther than the last one.
- * enough: what is less is looked at no further. known: [TW_ERROR_RING_LEVELS] distances from p->level on; of
- * what makes the ring's greater, regular faces are looked at closely; NULL: none is. 0: the vertex is
- * regular, or not alone; faces have no second irregular one otherwise. out: [TW_ERROR_RING_LEVELS] */
+ * enough: what is less is looked at no further. 0: the vertex is regular, or not alone; faces have no second
+ * irregular one otherwise. out: [TW_ERROR_RING_LEVELS] */
 enum { TW_ERROR_RING_LEVELS = TW_LEVEL_MAX + TW_ERROR_FURTHER_LEVELS + 1 };
 uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_t vertex, double enough,
-                          const double *known, double *out);
-
-/* ---- rings of a level: error_settle.c ------------------------------------------------------------ */
-
-/* Measures open faces around one irregular vertex, and settles them: these are not open any more. small:
- * distances of less are not told apart. settled: [TW_LEVEL_MAX + TW_ERROR_FURTHER_LEVELS + 1] by level,
- * raised. At limit points, without `all`, those that are among the farthest stay open. */
-tw_status tw_error_settle_rings(const tw_measuring *m, tw_error_part *p, bool all, double small,
-                                double *settled);
+                          double *out);
 
 /* ---- other faces: error_steps.c ----------------------------------------------------------------- */
 
@@ -303,30 +251,6 @@ void tw_error_nearest_on(const double *a, const double *b, const double *to, dou
 /* The distance between a quad and its children. next: points of these around the quad, from its first corner
  * on, and the middle. slope: the greatest around, seen along the normal. */
 double tw_error_of_quad(double own[4][3], double next[9][3], const double normal[3], double slope);
-
-/* A face whose triangles are compared with a finer surface over it. The least cosine between its normal and
- * those of: the faces at a corner, across an edge (below 0: at a rim), its own triangles, the faces around,
- * and those around on this side of rims, which are edges (below 0: not known). reach: the longest slide. */
-typedef struct tw_error_base {
-  uint32_t size;
-  const double *corners[4];
-  double normal[3];
-  double at_corner[4], at_edge[4], own, around, inside, reach;
-} tw_error_base;
-
-static inline tw_error_gap tw_error_gap_from(const tw_error_base *b) {
-  return (tw_error_gap){.normal = {b->normal[0], b->normal[1], b->normal[2]}, .reach = b->reach};
-}
-
-/* Where a point of the finer surface comes from: bits. */
-enum {
-  TW_ERROR_ON_EDGE = 1,         /* one for each of four edges, from a corner to the next */
-  TW_ERROR_IN_TRIANGLE = 1 << 4 /* one for each triangle of the face: of a quad 0 1 2, 0 2 3, 1 2 3, 0 1 3 */
-};
-
-/* Takes a point of the finer surface into account: between points of which none leaves the triangle that they
- * come from, whichever way the face is cut, the difference is no greater. */
-void tw_error_take_point(const tw_error_base *b, tw_error_gap *g, uint8_t place, const double *point);
 
 /* The distance between a face and its children. next: the points shown on the next level. frame: of faces of
  * three or four corners. */
