@@ -25,7 +25,7 @@ static tw_status push_to_limit(const tw_measuring *m, tw_error_part *p) {
   double *limit = tw_error_copy_points(p, p->shown), to[3];
   if (!mask || !limit) return TW_NO_MEMORY;
   for (uint32_t v = 0; v < t->vertex_count; v++) {
-    if (v % VERTICES_AT_ONCE == 0 && !tw_work(VERTICES_AT_ONCE * VERTEX_WORK)) return TW_CANCELLED;
+    if (v % VERTICES_AT_ONCE == 0 && !tw_work((uint64_t)VERTICES_AT_ONCE * VERTEX_WORK)) return TW_CANCELLED;
     uint32_t count = tw_limit_mask(t, m->rules.linear, t->fan_corners[t->fan_offsets[v]], mask);
     for (uint32_t i = 0; i < count; i++) {
       tw_difference3(tw_point_at(p->shown, mask[i].vertex), tw_point_at(p->shown, v), to);
@@ -132,7 +132,7 @@ static tw_status take_part(const tw_error_part *from, const uint32_t *corners, c
       (from->shown != from->control && !shown))
     return TW_NO_MEMORY;
   for (uint32_t f = 0; f < out->topology.face_count; f++) {
-    uint32_t face = corners[size * f] / size;
+    uint32_t face = corners[(size_t)size * f] / size;
     out->states[f] = from->states[face];
     out->made[f] = tw_error_as_made(from, face);
   }

@@ -158,7 +158,7 @@ static void add_faces(tw_error_wheel *w, const tw_topology *t) {
     for (uint32_t i = 0; i < 3; i++)
       for (int k = 0; k < 16; k++)
         w->nets[3 * s + i][k] = point_of(w->valence, s, regular[i][0] + k % 4 - 1, regular[i][1] + k / 4 - 1);
-  memcpy(w->quads, t->corner_vertex, 4 * w->valence * sizeof *w->quads);
+  memcpy(w->quads, t->corner_vertex, 4 * (size_t)w->valence * sizeof *w->quads);
 }
 
 static tw_error_wheel *create_wheel(const tw_rules *rules, uint32_t valence, tw_arena *arena) {
@@ -239,7 +239,7 @@ static bool list_points(const tw_error_part *p, uint32_t vertex, uint32_t valenc
     if (p->states[corner / 4] == TW_FACE_HIDDEN || p->states[beyond / 4] == TW_FACE_HIDDEN ||
         p->states[past / 4] == TW_FACE_HIDDEN || p->states[diagonal / 4] == TW_FACE_HIDDEN)
       return false;
-    uint32_t *row = out + 1 + 2 * s, *second = out + 1 + 2 * valence + 4 * s;
+    uint32_t *row = out + 1 + 2 * (size_t)s, *second = out + 1 + 2 * (size_t)valence + 4 * (size_t)s;
     row[0] = t->corner_vertex[next];
     row[1] = t->corner_vertex[far];
     second[0] = t->corner_vertex[tw_quad_previous(tw_quad_previous(beyond))];

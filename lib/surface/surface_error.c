@@ -102,7 +102,7 @@ static double measure_face(pass *s, uint32_t index, uint32_t face) {
 static void measure_faces(void *context, uint32_t index, uint32_t begin, uint32_t end) {
   pass *s = context;
   for (uint32_t f = begin; f < end; f++) {
-    if ((f - begin) % FACES_AT_ONCE == 0 && !tw_work(FACES_AT_ONCE * FACE_WORK)) return;
+    if ((f - begin) % FACES_AT_ONCE == 0 && !tw_work((uint64_t)FACES_AT_ONCE * FACE_WORK)) return;
     if (s->p->states[f] >= TW_FACE_OPEN)
       s->most[index] = tw_greater(s->most[index], measure_face(s, index, f));
   }
@@ -212,7 +212,7 @@ static void measure_rings(void *context, uint32_t part, uint32_t begin, uint32_t
   (void)part;
   for (uint32_t i = begin; i < end; i++) {
     ring *r = &s->rings[i];
-    if ((i - begin) % RINGS_AT_ONCE == 0 && !tw_work(RINGS_AT_ONCE * RING_WORK)) return;
+    if ((i - begin) % RINGS_AT_ONCE == 0 && !tw_work((uint64_t)RINGS_AT_ONCE * RING_WORK)) return;
     r->count = tw_error_of_ring(s->m, s->p, r->vertex, s->enough, r->errors);
   }
 }
@@ -553,7 +553,7 @@ static tw_status measure_batch(const tw_measuring *m, tw_error_part *p, const tw
   for (uint32_t l = p->level; status == TW_OK && l <= LEVELS_MAX; l++)
     bounds[l] = tw_greater(bounds[l], own[l]);
   for (uint32_t i = 0; status == TW_OK && i < count / size; i++) {
-    uint32_t face = corners[size * i] / size;
+    uint32_t face = corners[(size_t)size * i] / size;
     if (p->states[face] < TW_FACE_OPEN) continue;
     p->errors[tw_error_as_made(p, face)] = found.levels[p->level].errors[i];
     p->falls[tw_error_as_made(p, face)] = 1;
