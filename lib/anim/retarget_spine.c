@@ -33,7 +33,7 @@ static spine_bones find_spine(const tw_carrying *c) {
   return out;
 }
 
-/* Neck and shoulders, not what else a file hangs on a spine. */
+/* Whether a bone has a place in a humanoid, as neck and shoulders have. A file may hang others on a spine. */
 static bool is_humanoid(const tw_carrying *c, uint32_t bone) {
   return c->match.role[c->fit.bones[bone].target] < TW_BONES;
 }

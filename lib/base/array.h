@@ -24,6 +24,7 @@ typedef struct tw_list {
   bool failed;
 } tw_list;
 
+/* Copies an item to the list's end. */
 static inline void tw_list_push(tw_list *list, const void *item) {
   char *items = tw_array_grow(list->items, list->count, list->size, &list->room);
   if (!items) {

@@ -62,7 +62,7 @@ uint64_t tw_exceptions_size(const tw_exceptions *l, const tw_feature_mesh *cage)
 
 /* ---- cutting -------------------------------------------------------------------------------- */
 
-/* The faces to cut out, and the corners that theirs were. */
+/* The faces to cut out, and for each of their corners which one it is of the mesh that they are cut from. */
 typedef struct cut {
   uint32_t face_count, corner_count;
   uint32_t *offsets; /* NULL where faces are of one size */

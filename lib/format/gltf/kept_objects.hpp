@@ -157,26 +157,34 @@ protected:
         });
   }
 
-  // EXT_mesh_gpu_instancing: its attributes are accessors, which get new numbers.
-  void put_instances(const char *instances) {
-    if (*instances != '{') return put_value(instances, true);
+  // Puts an object one member of which, where it is an array or an object as `opening` says, is written anew.
+  template <typename Put>
+  void put_with(const char *object, std::string_view key, char opening, Put put_anew) {
     put("{");
-    for (Items i(instances); i.more(); i.next()) {
-      if (i.key() != "attributes" || *i.value() != '{') {
+    for (Items i(object); i.more(); i.next()) {
+      if (i.key() != key || *i.value() != opening) {
         put_member(i);
         continue;
       }
       put_key(i.key());
+      put_anew(i.value());
+    }
+    put("}");
+  }
+
+  // EXT_mesh_gpu_instancing: its attributes are accessors, which get new numbers.
+  void put_instances(const char *instances) {
+    if (*instances != '{') return put_value(instances, true);
+    put_with(instances, "attributes", '{', [&](const char *attributes) {
       put("{");
-      named_.mark_accessors(i.value());
-      for (Items attribute(i.value()); attribute.more(); attribute.next()) {
+      named_.mark_accessors(attributes);
+      for (Items attribute(attributes); attribute.more(); attribute.next()) {
         put_key(attribute.key());
         put(text(elements_.keep(index_of(attribute.value()), PLAIN,
                                 place_ + "/extensions/EXT_mesh_gpu_instancing")));
       }
       put("}");
-    }
-    put("}");
+    });
   }
 
   // Whether a value is the index of one of `count` elements.
@@ -190,34 +198,18 @@ protected:
 
   // KHR_materials_variants: materials and variants that the document has not are left out.
   void put_variants(const char *extension) {
-    put("{");
-    for (Items i(extension); i.more(); i.next()) {
-      if (i.key() != "mappings" || *i.value() != '[') {
-        put_member(i);
-        continue;
-      }
-      put_key(i.key());
+    put_with(extension, "mappings", '[', [&](const char *mappings) {
       put("[");
-      each(i.value(), [&](size_t, const char *mapping) { put_mapping(mapping); });
+      each(mappings, [&](size_t, const char *mapping) { put_mapping(mapping); });
       put("]");
-    }
-    put("}");
+    });
   }
 
   void put_mapping(const char *mapping) {
     uint32_t kept = count_variants(mapping);
     if (kept == 0) return;
     put_comma();
-    put("{");
-    for (Items i(mapping); i.more(); i.next()) {
-      if (i.key() != "variants") {
-        put_member(i);
-        continue;
-      }
-      put_key(i.key());
-      put_indices(i.value(), variants_);
-    }
-    put("}");
+    put_with(mapping, "variants", '[', [&](const char *variants) { put_indices(variants, variants_); });
   }
 
   // Puts an array of indices of `count` elements without those that are not there.
@@ -255,16 +247,7 @@ protected:
 
   // MSFT_lod: what the document has not is left out.
   void put_details(const char *extension, uint64_t count) {
-    put("{");
-    for (Items i(extension); i.more(); i.next()) {
-      if (i.key() != "ids") {
-        put_member(i);
-        continue;
-      }
-      put_key(i.key());
-      put_indices(i.value(), count);
-    }
-    put("}");
+    put_with(extension, "ids", '[', [&](const char *ids) { put_indices(ids, count); });
   }
 
   void tell_unfit(const char *extension) {

@@ -124,7 +124,8 @@ private:
     return values;
   }
 
-  // Values are of points, unless vertices of one point differ. rows: of the vertices.
+  // Keeps one value for each point or, where vertices of one point differ, values of corners. rows: the
+  // values of the vertices.
   void write_attribute(const Vector<float> &rows, tw_attribute &attribute) {
     uint32_t width = attribute.width;
     if (tw_values_part(point_.data(), static_cast<uint32_t>(element_.size()), first_vertex_.data(),
