@@ -46,7 +46,7 @@ api_outcome api_surface_take_packs(api_call *call, api_surface_request *request,
 
 /* Whether rows of a mesh hold fewer influences than its points have because the request asks for fewer. */
 static bool is_cut(const api_surface_request *request, const tw_mesh *mesh) {
-  return tw_mesh_influences(mesh, (uint32_t)request->query.influences) < tw_mesh_influences(mesh, 0);
+  return tw_surface_influences(mesh, (uint32_t)request->query.influences) < tw_surface_influences(mesh, 0);
 }
 
 static bool cuts_influences(const api_surface_request *request) {

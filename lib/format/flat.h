@@ -109,8 +109,8 @@ bool tw_ply_put_head(const tw_flat_scene *flat, const tw_ply_layout *layout, con
 /* Fills tools->levels. */
 void tw_ply_find_levels(tw_flat_tools *tools);
 /* As tw_stl_put_facets. out: [TW_FLAT_ROWS][vertex_size]. */
-uint32_t tw_ply_put_vertices(tw_flat_tools *tools, const tw_flat_scene *flat, const tw_flat_part *part,
-                             const tw_ply_layout *layout, uint64_t first, uint64_t most, uint8_t *out);
+uint32_t tw_ply_put_vertices(tw_flat_tools *tools, const tw_flat_part *part, const tw_ply_layout *layout,
+                             uint64_t first, uint64_t most, uint8_t *out);
 /* As tw_stl_put_facets. out: room for TW_FLAT_FACES triangles, or for polygons of corner_capacity corners in
  * all. */
 uint32_t tw_ply_put_faces(tw_flat_tools *tools, const tw_flat_part *part, const tw_ply_layout *layout,

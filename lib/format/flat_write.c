@@ -211,13 +211,12 @@ static uint64_t find_element(const tw_flat_stream *stream, const segment *s, uin
 /* Computes the block that begins with the element at the position. */
 static void fill_block(tw_flat_stream *stream) {
   const segment *s = find_segment(stream, stream->position);
-  const tw_flat_scene *flat = &stream->flat;
-  const tw_flat_part *part = &flat->parts[s->part];
+  const tw_flat_part *part = &stream->flat.parts[s->part];
   uint64_t first = find_element(stream, s, stream->position - s->offset), most = s->count - first, count = 0;
   switch (s->kind) {
   case SEGMENT_FACETS: count = tw_stl_put_facets(&stream->tools, part, first, most, stream->block); break;
   case SEGMENT_VERTICES:
-    count = tw_ply_put_vertices(&stream->tools, flat, part, &stream->ply, first, most, stream->block);
+    count = tw_ply_put_vertices(&stream->tools, part, &stream->ply, first, most, stream->block);
     break;
   case SEGMENT_FACES:
     count = tw_ply_put_faces(&stream->tools, part, &stream->ply, first, most, stream->block);

@@ -95,7 +95,7 @@ static bool add_target_views(tw_gltf_plan *plan, uint32_t index, const tw_surfac
 
 /* Adds one view if attributes and displacements fit in glTF's largest stride; else the displacements go to
  * views of their own. False without memory. */
-static bool add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_mesh *source, const tw_surface *surface,
+static bool add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_surface *surface,
                          tw_gltf_primitive *primitive) {
   tw_gltf_mesh *mesh = &plan->meshes[index];
   const tw_surface_layout *layout = tw_surface_get_layout(surface);
@@ -103,12 +103,12 @@ static bool add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_mesh *sour
       tw_arena_alloc(plan->arena, TW_VERTEX_FIELDS_MAX + (size_t)TW_DISPLACEMENTS_MAX, sizeof *fields);
   if (!fields) return false;
   mesh->fields = fields;
-  mesh->field_count = tw_vertex_fields(source, layout, &tw_vertex_floats, fields);
+  mesh->field_count = tw_vertex_fields(layout, &tw_vertex_floats, fields);
   mesh->target_count = layout->morph_count;
   mesh->target_step = layout->morph_width / 3;
   uint32_t size = tw_vertex_size(fields, mesh->field_count), step = mesh->target_step;
   uint32_t together = layout->morph_count;
-  assert(size <= TW_VERTEX_STRIDE_MAX); /* see tw_mesh_influences */
+  assert(size <= TW_VERTEX_STRIDE_MAX); /* see tw_surface_influences */
   if (step * together > (TW_VERTEX_STRIDE_MAX - size) / 12) together = 0;
   lay_displacements(fields + mesh->field_count, layout->morphs, size, step * together);
   tw_gltf_accessor accessor = {
@@ -273,7 +273,7 @@ static bool add_mesh(tw_gltf_plan *plan, const tw_scene *scene, uint32_t index) 
     return true;
   }
   tw_gltf_primitive shared = {0};
-  if (!add_vertices(plan, index, &scene->model->meshes[index], scene->surfaces[index], &shared)) return false;
+  if (!add_vertices(plan, index, scene->surfaces[index], &shared)) return false;
   add_triangles(plan, index, scene->surfaces[index], &shared);
   return tw_gltf_add_cage_tags(plan, scene, index);
 }

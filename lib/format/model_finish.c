@@ -237,7 +237,7 @@ static tw_status check_skinned_nodes(tw_model *model, tw_error *error) {
 static void warn_of_influences(tw_model *model) {
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     const tw_mesh *mesh = &model->meshes[i];
-    uint32_t held = tw_mesh_influences(mesh, 0);
+    uint32_t held = tw_surface_influences(mesh, 0);
     if (held < mesh->skin.width)
       tw_model_warn(model,
                     "mesh %u has so many attributes that its answers keep the %u heaviest of %u joints of a "

@@ -125,15 +125,6 @@ static bool has_normals(const tw_surface *surface) {
   return tw_surface_get_layout(surface)->normal != UINT32_MAX;
 }
 
-/* The attribute that is the colour of what is shown; UINT32_MAX for none. */
-static uint32_t shown_color(const tw_obj_stream *stream) {
-  const tw_mesh *mesh = &stream->scene.model->meshes[shown_place(stream)->mesh];
-  uint32_t count = tw_surface_get_layout(shown_surface(stream))->attribute_count;
-  for (uint32_t i = 0; i < mesh->attribute_count && i < count; i++)
-    if (mesh->attributes[i].is_color) return i;
-  return UINT32_MAX;
-}
-
 /* Rows of a domain that the file lists. */
 static uint64_t listed_rows(const tw_surface *surface, tw_domain domain) {
   if (domain == TW_DOMAIN_VERTICES && !has_normals(surface)) return 0;
@@ -224,7 +215,7 @@ static float printed_color(float linear) {
 /* Reads points, POINT_WIDTH numbers each with their colours, else 3. Alpha has no place. */
 static size_t read_points(tw_obj_stream *stream, size_t *width) {
   enum { READ_WIDTH = 7 };
-  uint32_t color = shown_color(stream);
+  uint32_t color = tw_surface_color(shown_surface(stream));
   *width = color == UINT32_MAX ? 3 : POINT_WIDTH;
   if (color == UINT32_MAX) return read_piece(stream, TW_DOMAIN_POINTS, TW_DOMAIN_POINTS, 3);
   tw_surface_reader_turn_to_unsplit(stream->reader, shown_surface(stream),

@@ -15,7 +15,7 @@ static bool has_small_joints(const tw_mesh *mesh) {
   return true;
 }
 
-/* Copies the names of attributes: packs may outlive the mesh. False without memory. */
+/* Copies the names of attributes: packs may outlive the surface. False without memory. */
 static bool keep_names(tw_packs *packs) {
   for (uint32_t i = 0; i < packs->field_count; i++) {
     const char *name = packs->fields[i].semantic;
@@ -36,7 +36,7 @@ bool tw_packs_choose_fields(tw_packs *packs, const tw_mesh *mesh, const tw_surfa
                                TW_CODED_WEIGHTS};
   for (uint32_t set = 0; set < layout->uv_count; set++)
     if (is_fraction(&mesh->uv_sets[set])) codings.uvs[set] = TW_CODED_FRACTIONS;
-  packs->field_count = tw_vertex_fields(mesh, layout, &codings, packs->fields);
+  packs->field_count = tw_vertex_fields(layout, &codings, packs->fields);
   memcpy(packs->fields->origin, packs->options.grid.origin, sizeof packs->fields->origin);
   packs->fields->scale = packs->options.grid.scale;
   packs->target_count = layout->morph_count;

@@ -16,15 +16,6 @@ static bool has_seams(const tw_surface *surface) {
   return tw_surface_row_count(surface, TW_DOMAIN_UVS) > tw_surface_row_count(surface, TW_DOMAIN_POINTS);
 }
 
-/* The attribute that is the colour of a part; UINT32_MAX: it has none. */
-static uint32_t color_of(const tw_flat_scene *flat, const tw_flat_part *part) {
-  const tw_mesh *mesh = &flat->scene.model->meshes[part->mesh];
-  const tw_surface_layout *layout = tw_surface_get_layout(part->surface);
-  for (uint32_t i = 0; i < mesh->attribute_count && i < layout->attribute_count; i++)
-    if (mesh->attributes[i].is_color) return i;
-  return UINT32_MAX;
-}
-
 tw_ply_layout tw_ply_lay_out(const tw_flat_scene *flat) {
   enum { LIST_MOST = 255 };
   tw_ply_layout out = {.is_ngon = flat->scene.polygons == TW_POLYGONS_NGON};
@@ -34,7 +25,7 @@ tw_ply_layout tw_ply_lay_out(const tw_flat_scene *flat) {
     const tw_flat_part *part = &flat->parts[i];
     const tw_surface *surface = part->surface;
     out.has_normals |= tw_surface_get_layout(surface)->normal != UINT32_MAX;
-    out.has_colors |= color_of(flat, part) != UINT32_MAX;
+    out.has_colors |= tw_surface_color(surface) != UINT32_MAX;
     bool has_uvs = tw_surface_row_count(surface, TW_DOMAIN_UVS) > 0;
     out.has_uvs |= has_uvs;
     out.has_wedges |= has_seams(surface);
@@ -137,19 +128,19 @@ static void put_vertex(const tw_flat_tools *tools, const tw_flat_part *part, con
   memcpy(out, values, count * sizeof *values);
   if (!layout->has_colors) return;
   uint8_t color[4] = {UINT8_MAX, UINT8_MAX, UINT8_MAX, UINT8_MAX};
-  const float *own = row + columns->attributes[0];
+  const float *own = row + columns->attributes[0].column;
   for (int c = 0; columns->attribute_count > 0 && c < 3; c++) color[c] = byte_of_color(tools->levels, own[c]);
   if (columns->attribute_count > 0) color[3] = byte_of_share(own[3]);
   memcpy(out + count * sizeof *values, color, sizeof color);
 }
 
-uint32_t tw_ply_put_vertices(tw_flat_tools *tools, const tw_flat_scene *flat, const tw_flat_part *part,
-                             const tw_ply_layout *layout, uint64_t first, uint64_t most, uint8_t *out) {
+uint32_t tw_ply_put_vertices(tw_flat_tools *tools, const tw_flat_part *part, const tw_ply_layout *layout,
+                             uint64_t first, uint64_t most, uint8_t *out) {
   const tw_surface *surface = part->surface;
   const tw_point_columns wanted = {layout->has_normals &&
                                        tw_surface_get_layout(surface)->normal != UINT32_MAX,
                                    layout->has_uvs && tw_surface_row_count(surface, TW_DOMAIN_UVS) > 0,
-                                   layout->has_colors ? color_of(flat, part) : UINT32_MAX};
+                                   layout->has_colors ? tw_surface_color(surface) : UINT32_MAX};
   tw_surface_reader_turn_to_unsplit(tools->reader, surface, &wanted);
   const tw_surface_layout *columns = tw_surface_reader_layout(tools->reader);
   uint32_t count = (uint32_t)tw_least(most, TW_FLAT_ROWS);

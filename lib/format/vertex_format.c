@@ -67,7 +67,7 @@ static void add_influences(const tw_surface_layout *layout, const tw_vertex_codi
   }
 }
 
-static tw_vertex_coding coding_of(const tw_attribute *attribute, tw_vertex_coding color) {
+static tw_vertex_coding coding_of(const tw_row_attribute *attribute, tw_vertex_coding color) {
   if (attribute->is_color) return color;
   switch (attribute->numbers) {
   case TW_NUMBERS_REAL:
@@ -80,8 +80,8 @@ static tw_vertex_coding coding_of(const tw_attribute *attribute, tw_vertex_codin
   return TW_CODED_FLOATS;
 }
 
-uint32_t tw_vertex_fields(const tw_mesh *mesh, const tw_surface_layout *layout,
-                          const tw_vertex_codings *codings, tw_vertex_field fields[TW_VERTEX_FIELDS_MAX]) {
+uint32_t tw_vertex_fields(const tw_surface_layout *layout, const tw_vertex_codings *codings,
+                          tw_vertex_field fields[TW_VERTEX_FIELDS_MAX]) {
   static const char *const uvs[TW_UV_SETS_MAX] = {"TEXCOORD_0", "TEXCOORD_1", "TEXCOORD_2", "TEXCOORD_3"};
   uint32_t count = 0;
   add_field("POSITION", codings->position, layout->position, 3, fields, &count);
@@ -90,8 +90,8 @@ uint32_t tw_vertex_fields(const tw_mesh *mesh, const tw_surface_layout *layout,
   for (uint32_t set = 0; set < layout->uv_count; set++)
     add_field(uvs[set], codings->uvs[set], layout->uvs[set], 2, fields, &count);
   for (uint32_t i = 0; i < layout->attribute_count; i++) {
-    const tw_attribute *own = &mesh->attributes[i];
-    add_field(own->name, coding_of(own, codings->color), layout->attributes[i], own->width, fields, &count);
+    const tw_row_attribute *own = &layout->attributes[i];
+    add_field(own->name, coding_of(own, codings->color), own->column, own->width, fields, &count);
   }
   add_influences(layout, codings, fields, &count);
   return count;

@@ -21,8 +21,8 @@ typedef enum tw_vertex_coding {
 } tw_vertex_coding;
 
 enum {
-  TW_VERTEX_FIELDS_MAX = 3 + TW_UV_SETS_MAX + TW_ATTRIBUTES_MAX + 2 * TW_JOINT_SETS_MAX,
-  TW_DISPLACEMENTS_MAX = TW_VERTEX_STRIDE_MAX / 12 /* vectors of floats that fit in an element */
+  TW_VERTEX_FIELDS_MAX = TW_VERTEX_STRIDE_MAX / 4, /* fields that fit in an element */
+  TW_DISPLACEMENTS_MAX = TW_VERTEX_STRIDE_MAX / 12 /* vectors of floats that do */
 };
 
 /* An attribute: consecutive columns of a surface's row. */
@@ -44,10 +44,9 @@ typedef struct tw_vertex_codings {
 
 extern const tw_vertex_codings tw_vertex_floats; /* floats for all but joints */
 
-/* The fields of all columns but displacements, without gaps, the position first. mesh: the mesh of the
- * surface. Returns how many. */
-uint32_t tw_vertex_fields(const tw_mesh *mesh, const tw_surface_layout *layout,
-                          const tw_vertex_codings *codings, tw_vertex_field fields[TW_VERTEX_FIELDS_MAX]);
+/* The fields of all columns but displacements, without gaps, the position first. Returns how many. */
+uint32_t tw_vertex_fields(const tw_surface_layout *layout, const tw_vertex_codings *codings,
+                          tw_vertex_field fields[TW_VERTEX_FIELDS_MAX]);
 
 /* The column where displacements begin in rows that hold those of `target_count` targets
  * (tw_surface_reader_turn). */

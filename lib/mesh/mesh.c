@@ -254,16 +254,6 @@ tw_status tw_mesh_check(const tw_mesh *mesh, tw_error *error, uint32_t *face) {
   return status;
 }
 
-uint32_t tw_mesh_influences(const tw_mesh *mesh, uint32_t most) {
-  const uint32_t point_and_normal = 24, tangent = 16, uv = 8, column = 4, set = 24;
-  uint32_t used = point_and_normal + (mesh->has_tangents ? tangent : 0) + uv * mesh->uv_set_count;
-  for (uint32_t i = 0; i < mesh->attribute_count; i++) used += column * mesh->attributes[i].width;
-  uint32_t room = used < TW_VERTEX_STRIDE_MAX ? (TW_VERTEX_STRIDE_MAX - used) / set : 0;
-  uint32_t width = mesh->skin.joints ? mesh->skin.width : 0;
-  if (width > 4 * room) width = 4 * (room > 0 ? room : 1);
-  return most > 0 && width > most ? most : width;
-}
-
 /* ---- deforming: morph targets first, then joints, as glTF 2.0 orders them -------------------- */
 
 static void morph_point(const tw_mesh *mesh, const float *weights, uint32_t point, double out[3]) {

@@ -32,7 +32,6 @@ typedef struct tw_field {
 /* Values at the vertices of a field. */
 typedef struct tw_values {
   uint32_t field, width;
-  bool is_color;  /* rows hold it clamped to 0 to 1 */
   bool is_sloped; /* tangents are computed from it */
   /* Of whole numbers, which are never mixed: the value at each corner of the cage's faces, [cage
    * corners][width]; `cage` and `base` are not used. Else NULL. */
@@ -103,7 +102,8 @@ struct tw_surface {
   tw_values positions, uvs[TW_UV_SETS_MAX];
   /* Other values: attributes, then displacements of morph targets, which follow the points' topology. */
   uint32_t attribute_count, morph_count;
-  tw_values *smooth; /* [attribute_count + morph_count] */
+  tw_values *smooth;        /* [attribute_count + morph_count] */
+  tw_values *displacements; /* [morph_count] the part of `smooth` behind the attributes */
 
   /* Of skinned meshes; else zeroed. */
   tw_influences cage_influences; /* for level 0 only, where the base is not the cage */

@@ -15,44 +15,68 @@ static const tw_surface_layout no_columns = {.stride = 3,
                                              .morphs = UINT32_MAX,
                                              .morph_width = 3};
 
-void tw_builder_lay_out(tw_surface_builder *b) {
+static const uint32_t NORMAL = 3, TANGENT = 4, UV = 2; /* floats */
+
+uint32_t tw_surface_influences(const tw_mesh *mesh, uint32_t most) {
+  /* Of an element of glTF: the columns that a row may have besides, as floats, and four influences, with
+   * joints as short integers. */
+  enum { SET = 4 * (sizeof(uint16_t) + sizeof(float)) };
+  uint32_t columns = 3 + NORMAL + (mesh->has_tangents ? TANGENT : 0) + UV * mesh->uv_set_count;
+  for (uint32_t i = 0; i < mesh->attribute_count; i++) columns += mesh->attributes[i].width;
+  size_t used = columns * sizeof(float);
+  uint32_t sets = used < TW_VERTEX_STRIDE_MAX ? (uint32_t)(TW_VERTEX_STRIDE_MAX - used) / SET : 0;
+  uint32_t width = mesh->skin.joints ? mesh->skin.width : 0;
+  if (width > 4 * sets) width = 4 * (sets > 0 ? sets : 1);
+  return most > 0 && width > most ? most : width;
+}
+
+/* Adds a column of `width` floats at the end of the row. */
+static uint32_t add_column(tw_surface_layout *layout, uint32_t width) {
+  layout->stride += width;
+  return layout->stride - width;
+}
+
+/* False without memory. */
+static bool add_attribute(tw_surface *s, const tw_attribute *from) {
+  tw_surface_layout *l = &s->layout;
+  const char *name = tw_arena_text(s->arena, from->name, strlen(from->name));
+  l->attributes[l->attribute_count++] =
+      (tw_row_attribute){name, add_column(l, from->width), from->width, from->numbers, from->is_color};
+  return name != NULL;
+}
+
+tw_status tw_builder_lay_out(tw_surface_builder *b) {
   tw_surface *s = b->surface;
   tw_surface_layout *l = &s->layout;
   *l = no_columns;
-  uint32_t stride = l->stride;
-  if (s->options.normals) {
-    l->normal = stride;
-    stride += 3;
-  }
-  if (s->tangent_frames) {
-    l->tangent = stride;
-    stride += 4;
-  }
+  if (s->options.normals) l->normal = add_column(l, NORMAL);
+  if (s->tangent_frames) l->tangent = add_column(l, TANGENT);
   l->uv_count = b->mesh->uv_set_count;
-  for (uint32_t i = 0; i < l->uv_count; i++, stride += 2) l->uvs[i] = stride;
-  l->attribute_count = s->attribute_count;
-  for (uint32_t i = 0; i < l->attribute_count; stride += s->smooth[i++].width) l->attributes[i] = stride;
-  l->influences = tw_mesh_influences(b->mesh, s->options.influences);
+  for (uint32_t i = 0; i < l->uv_count; i++) l->uvs[i] = add_column(l, UV);
+  for (uint32_t i = 0; i < s->attribute_count; i++)
+    if (!add_attribute(s, &b->mesh->attributes[i])) return TW_NO_MEMORY;
+  l->influences = tw_surface_influences(b->mesh, s->options.influences);
   if (l->influences > 0) {
-    l->joints = stride;
-    l->weights = stride + l->influences;
-    stride += 2 * l->influences;
+    l->joints = add_column(l, l->influences);
+    l->weights = add_column(l, l->influences);
   }
   l->morph_count = s->morph_count;
   l->morph_width = b->morph_normals ? 6 : 3;
-  if (s->morph_count > 0) { /* they stand last, so that tw_narrow_rows can take them off the end */
-    l->morphs = stride;
-    stride += l->morph_width * s->morph_count;
-  }
-  l->stride = stride;
+  if (s->morph_count > 0) /* they stand last, so that tw_narrow_rows can take them off the end */
+    l->morphs = add_column(l, l->morph_width * s->morph_count);
+  return TW_OK;
+}
+
+uint32_t tw_surface_color(const tw_surface *surface) {
+  const tw_surface_layout *l = &surface->layout;
+  for (uint32_t i = 0; i < l->attribute_count; i++)
+    if (l->attributes[i].is_color) return i;
+  return UINT32_MAX;
 }
 
 void tw_surface_bare_rows(tw_surface *surface, bool normals) {
   surface->layout = no_columns;
-  if (normals) {
-    surface->layout.normal = 3;
-    surface->layout.stride = 6;
-  }
+  if (normals) surface->layout.normal = add_column(&surface->layout, NORMAL);
   surface->own_tangents = NULL;
   surface->tangent_frames = NULL;
   surface->skin_rows = NULL;
@@ -75,27 +99,26 @@ void tw_narrow_rows(tw_surface *s, uint32_t first_target, uint32_t target_count,
   if (!normals) s->own_normals = NULL;
   if (s->morphed) s->morphed += first_target;
   if (s->own_morph_normals) s->own_morph_normals += 3 * (size_t)first_target * s->cage_vertices;
-  s->smooth += whole.attribute_count + first_target;
+  s->displacements += first_target;
   l->morph_count = target_count;
   l->morph_width = normals ? 6 : 3;
-  l->morphs = l->stride;
-  l->stride += l->morph_width * target_count;
+  l->morphs = add_column(l, l->morph_width * target_count);
 }
 
 void tw_unsplit_rows(tw_surface *s, const tw_point_columns *columns) {
+  const tw_surface_layout whole = s->layout;
   tw_surface_bare_rows(s, columns->normal);
   if (!columns->normal) s->own_normals = NULL;
   s->morphed = NULL;
   if (columns->uv) {
     s->layout.uv_count = 1;
-    s->layout.uvs[0] = s->layout.stride;
-    s->layout.stride += 2;
+    s->layout.uvs[0] = add_column(&s->layout, UV);
   }
   if (columns->attribute != UINT32_MAX) {
     s->smooth += columns->attribute;
     s->layout.attribute_count = 1;
-    s->layout.attributes[0] = s->layout.stride;
-    s->layout.stride += s->smooth->width;
+    s->layout.attributes[0] = whole.attributes[columns->attribute];
+    s->layout.attributes[0].column = add_column(&s->layout, s->smooth->width);
   }
   s->vertices = s->points;
   s->cage_vertices = s->cage_points;
@@ -127,14 +150,6 @@ static void write_tangents(tw_surface_reader *r, const tw_block *block, float *o
   tw_write_tangents(r->slopes[0], r->slopes[1], r->frames, block->count, columns);
 }
 
-/* Number and columns of the attributes and displacements in a row. */
-static uint32_t smooth_count(const tw_surface_layout *l) {
-  return l->attribute_count + l->morph_count;
-}
-static uint32_t smooth_column(const tw_surface_layout *l, uint32_t i) {
-  return i < l->attribute_count ? l->attributes[i] : l->morphs + l->morph_width * (i - l->attribute_count);
-}
-
 /* Writes what a vertex has besides point and normal. */
 static void write_attributes(tw_surface_reader *r, const tw_block *block, float *out) {
   const tw_surface *s = r->surface;
@@ -142,8 +157,10 @@ static void write_attributes(tw_surface_reader *r, const tw_block *block, float 
   const tw_evaluator *e = s->evaluator;
   if (l->tangent != UINT32_MAX) write_tangents(r, block, out);
   for (uint32_t i = 0; i < l->uv_count; i++) e->values(r, &s->uvs[i], block, out + l->uvs[i], l->stride);
-  for (uint32_t i = 0; i < smooth_count(l); i++)
-    e->values(r, &s->smooth[i], block, out + smooth_column(l, i), l->stride);
+  for (uint32_t i = 0; i < l->attribute_count; i++)
+    e->values(r, &s->smooth[i], block, out + l->attributes[i].column, l->stride);
+  for (uint32_t m = 0; m < l->morph_count; m++)
+    e->values(r, &s->displacements[m], block, out + l->morphs + (size_t)l->morph_width * m, l->stride);
   if (l->joints != UINT32_MAX) e->influences(r, block, out);
 }
 
@@ -197,7 +214,7 @@ static void finish_rows(const tw_surface *s, uint32_t count, float *rows) {
     for (uint32_t row = 0; row < count; row++, v += l->stride) *v = 1 - *v;
   }
   for (uint32_t i = 0; i < l->attribute_count; i++)
-    if (s->smooth[i].is_color) clamp_colors(rows + l->attributes[i], count, l->stride);
+    if (l->attributes[i].is_color) clamp_colors(rows + l->attributes[i].column, count, l->stride);
 }
 
 /* Computes all columns but what targets displace normals by. */

@@ -49,7 +49,7 @@ static tw_status start_attributes(tw_surface_builder *b, uint32_t *const *values
   for (uint32_t i = 0, channel = mesh->uv_set_count; i < mesh->attribute_count; i++) {
     const tw_attribute *from = &mesh->attributes[i];
     tw_values *values = &b->surface->smooth[i];
-    *values = (tw_values){.width = from->width, .is_color = from->is_color};
+    *values = (tw_values){.width = from->width};
     if (from->corners) values->field = b->channel_fields[channel++];
     const uint32_t *indices = values->field > 0 ? values_of[values->field] : b->cage.point_of;
     bool is_whole = from->numbers != TW_NUMBERS_REAL;
@@ -64,9 +64,11 @@ static tw_status start_smooth(tw_surface_builder *b, uint32_t *const *values_of)
   const tw_mesh *mesh = b->mesh;
   tw_surface *s = b->surface;
   s->smooth = tw_arena_alloc(s->arena, tw_smooth_set_count(s), sizeof *s->smooth);
-  tw_status status = s->smooth ? start_attributes(b, values_of) : TW_NO_MEMORY;
+  if (!s->smooth) return TW_NO_MEMORY;
+  s->displacements = s->smooth + s->attribute_count;
+  tw_status status = start_attributes(b, values_of);
   for (uint32_t i = 0; i < mesh->morph_count && status == TW_OK; i++) {
-    tw_values *values = &s->smooth[mesh->attribute_count + i];
+    tw_values *values = &s->displacements[i];
     values->width = 3;
     if (!start_values(b, values, mesh->morphs[i], b->cage.point_of)) status = TW_NO_MEMORY;
   }

@@ -170,8 +170,8 @@ static tw_status plan(tw_surface_builder *b, tw_error *error) {
   if (status == TW_OK) status = make_rim(b, error);
   if (status == TW_OK) status = keep_tags(b);
   if (status == TW_OK) status = tw_surface_start_bounds(s);
+  if (status == TW_OK) status = tw_builder_lay_out(b);
   if (status != TW_OK) return status;
-  tw_builder_lay_out(b);
   if (tw_surface_row_count(s, TW_DOMAIN_VERTICES) >= UINT32_MAX)
     return tw_fail(error, TW_LIMIT,
                    "the surface would have over 4,294,967,294 vertices once its seams are split");

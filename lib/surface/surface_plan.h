@@ -108,7 +108,7 @@ void tw_builder_need_masks(tw_surface *s, const tw_topology *t);
 /* Fails as there is no such surface: `error` says that thousands of faces meet in a point. */
 tw_status tw_builder_fail_fans(tw_error *error);
 
-/* Sets the layout of the rows of TW_DOMAIN_VERTICES. */
-void tw_builder_lay_out(tw_surface_builder *b);
+/* Sets the layout of the rows of TW_DOMAIN_VERTICES. TW_NO_MEMORY. */
+tw_status tw_builder_lay_out(tw_surface_builder *b);
 
 #endif

@@ -92,7 +92,7 @@ static bool fits(const tw_surface_builder *b) {
   if (s->rules.smooth_triangles && base == 0 && cage->face_size != 4) return false;
   if (memchr(b->cage.visible, 0, cage->face_count) || tw_cage_shrinks(&b->cage, options)) return false;
   if (m->skin.joints && !tw_skin_fits_levels(m)) return false;
-  uint32_t influences = tw_mesh_influences(m, options->influences);
+  uint32_t influences = tw_surface_influences(m, options->influences);
   uint32_t uv_copies = options->limit && tw_builder_has_tangents(b) ? 2 : 1;
   uint64_t sets = (options->limit && options->normals ? 2u : 1u) + uv_copies * m->uv_set_count +
                   influences / 2 /* joints and weights, four to a point */ + tw_smooth_set_count(s) +
@@ -123,9 +123,9 @@ static tw_status fill_all(tw_surface_builder *b) {
     s->smooth[i].cage = s->smooth[i].base = NULL;
   }
   if (status == TW_OK && b->mesh->skin.joints)
-    status =
-        tw_skin_refine_levels(&s->levels[0], &s->influences, s->options.limit,
-                              tw_mesh_influences(b->mesh, s->options.influences), b->parallel, &s->skin_rows);
+    status = tw_skin_refine_levels(&s->levels[0], &s->influences, s->options.limit,
+                                   tw_surface_influences(b->mesh, s->options.influences), b->parallel,
+                                   &s->skin_rows);
   tw_influences_deinit(&s->influences);
   return status;
 }

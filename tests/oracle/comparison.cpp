@@ -149,7 +149,7 @@ private:
 static double attribute_error(const float *row, const tw_surface_layout &layout, const Value3 &point) {
   static const size_t axes[] = {0, 1, 2, 0, 1, 2, 0};
   double worst = 0;
-  const float *values = row + layout.attributes[0];
+  const float *values = row + layout.attributes[0].column;
   for (size_t c = 0; c < 7; c++)
     worst = std::max(worst, std::abs(static_cast<double>(values[c]) - point.v[axes[c]]));
   return worst;
@@ -333,7 +333,7 @@ std::string Comparison::compare(tw_surface *surface, tw_surface_reader *reader, 
       for (size_t set : comparable_colors) {
         int value = level.GetFaceFVarValues(walk.cells[cell].face, static_cast<int>(set))[corner];
         const double *uv = oracle_.uvs[set][static_cast<size_t>(value)].v;
-        const float *own = row + layout->attributes[PointAttributes::COUNT + set];
+        const float *own = row + layout->attributes[PointAttributes::COUNT + set].column;
         compared_colors += 4;
         for (size_t c = 0; c < 4; c++)
           worst_color = std::max(worst_color, std::abs(static_cast<double>(own[c]) - uv[c == 1 || c == 2]));

@@ -18,7 +18,7 @@ TEST(colours_never_leave_their_range) {
     for (int limit = 0; limit < 2; limit++) {
       rows r = read_rows(mesh, (tw_surface_options){.level = level, .limit = limit});
       for (size_t i = 0; i < r.count; i++) {
-        const float *color = row_of(&r, i) + r.layout->attributes[0];
+        const float *color = row_of(&r, i) + r.layout->attributes[0].column;
         assert_true(color[0] == 0 && color[1] == 1 && color[2] <= 1 && color[2] > 0.999999f && color[3] <= 1);
       }
       free_rows(&r);
@@ -38,7 +38,7 @@ TEST(colours_that_follow_the_points_stay_with_them) {
   for (uint32_t level = 0; level <= 4; level++) {
     rows r = read_rows(mesh, (tw_surface_options){.level = level, .normals = true});
     for (size_t i = 0; i < r.count; i++) {
-      const float *color = row_of(&r, i) + r.layout->attributes[0];
+      const float *color = row_of(&r, i) + r.layout->attributes[0].column;
       for (int c = 0; c < 3; c++) assert_float_equal(color[c], row_of(&r, i)[c] / 8 + 0.25f, 1e-6);
       assert_float_equal(color[3], 0.5f, 1e-6);
     }
@@ -86,8 +86,8 @@ TEST(attributes_follow_the_points_as_they_are) {
         for (size_t i = 0; i < r.count; i++)
           for (uint32_t a = 0; a < 4; a++)
             for (uint32_t c = 0; c <= a; c++)
-              assert_float_equal(row_of(&r, i)[r.layout->attributes[a] + c], at_point(row_of(&r, i), a + c),
-                                 2e-5);
+              assert_float_equal(row_of(&r, i)[r.layout->attributes[a].column + c],
+                                 at_point(row_of(&r, i), a + c), 2e-5);
         free_rows(&r);
       }
   fixture_deinit(&f);

@@ -157,14 +157,14 @@ static void assert_nearest(const tw_mesh *mesh, uint32_t attribute, uint32_t fir
 /* Checks a row's values by its face and the weights of the face's corners. By the rule `all` every value is
  * such a mean. */
 static void assert_row(const tw_mesh *mesh, const tw_surface_layout *layout, const float *row) {
-  const float *weights = row + layout->attributes[0];
-  uint32_t face = (uint32_t)row[layout->attributes[1]] / 1000;
-  assert_true(face < mesh->face_count && row[layout->attributes[1]] == (float)(1000 * face));
+  const float *weights = row + layout->attributes[0].column;
+  uint32_t face = (uint32_t)row[layout->attributes[1].column] / 1000;
+  assert_true(face < mesh->face_count && row[layout->attributes[1].column] == (float)(1000 * face));
   uint32_t first = mesh->face_offsets[face], size = mesh->face_offsets[face + 1] - first;
   assert_float_equal(weights[0] + weights[1] + weights[2] + weights[3], 1, 1e-5);
   if (size == 4) assert_float_equal(weights[0] * weights[2], weights[1] * weights[3], 1e-6);
   for (uint32_t i = 2; i < ATTRIBUTES; i++) {
-    const float *value = row + layout->attributes[i];
+    const float *value = row + layout->attributes[i].column;
     if (mesh->attributes[i].numbers == TW_NUMBERS_REAL)
       assert_mean(mesh, i, first, size, weights, value);
     else
@@ -256,8 +256,8 @@ TEST(values_of_corners_without_seams_are_refined_as_those_of_points) {
                                        .level = level, .uv = TW_UV_NONE, .boundary = TW_BOUNDARY_EDGE_ONLY});
       for (size_t i = 0; i < r.count; i++)
         for (uint32_t c = 0; c < 3; c++)
-          assert_float_equal(row_of(&r, i)[r.layout->attributes[0] + c],
-                             row_of(&r, i)[r.layout->attributes[1] + c], 1e-6);
+          assert_float_equal(row_of(&r, i)[r.layout->attributes[0].column + c],
+                             row_of(&r, i)[r.layout->attributes[1].column + c], 1e-6);
       free_rows(&r);
     }
   free(p);
@@ -432,7 +432,7 @@ static void refine_mesh(const tw_mesh *mesh, tw_surface_options options, fine_me
     fine->values[a] = malloc(fine->r.count * width * sizeof(float));
     assert_non_null(fine->values[a]);
     for (size_t i = 0; i < fine->r.count; i++)
-      memcpy(fine->values[a] + width * i, row_of(&fine->r, i) + fine->r.layout->attributes[a],
+      memcpy(fine->values[a] + width * i, row_of(&fine->r, i) + fine->r.layout->attributes[a].column,
              width * sizeof(float));
     fine->attributes[a] = mesh->attributes[a];
     fine->attributes[a].values = fine->values[a];

@@ -24,7 +24,7 @@ TEST(vertices_are_the_rows_of_the_surface) {
   } attributes[] = {{"POSITION", layout->position, 3},
                     {"NORMAL", layout->normal, 3},
                     {"TEXCOORD_0", layout->uvs[0], 2},
-                    {"COLOR_0", layout->attributes[0], 4}};
+                    {"COLOR_0", layout->attributes[0].column, 4}};
   for (uint64_t i = 0; i < rows; i++) {
     tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, i, 1, row);
     for (size_t a = 0; a < sizeof attributes / sizeof *attributes; a++) {
@@ -69,7 +69,7 @@ TEST(attributes_keep_their_names_and_widths) {
       float row[64], found[4];
       tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, i, 1, row);
       read_floats(&file, accessor, i, three[a].width, found);
-      assert_memory_equal(found, row + layout->attributes[a], three[a].width * sizeof *found);
+      assert_memory_equal(found, row + layout->attributes[a].column, three[a].width * sizeof *found);
     }
   }
   tw_surface_reader_destroy(reader);

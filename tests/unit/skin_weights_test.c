@@ -139,7 +139,7 @@ TEST(four_joints_weigh_as_four_colours_do) {
     for (size_t i = 0; i < r.count; i++) {
       assert_four(&r, i, 4);
       for (uint32_t k = 0; k < 4; k++)
-        assert_float_equal(weight_of(&r, i, k), row_of(&r, i)[r.layout->attributes[0] + k], 2e-6);
+        assert_float_equal(weight_of(&r, i, k), row_of(&r, i)[r.layout->attributes[0].column + k], 2e-6);
     }
     free_rows(&r);
   }
@@ -162,7 +162,7 @@ TEST(joints_follow_loop_as_colours_do) {
       for (size_t i = 0; i < r.count; i++) {
         assert_four(&r, i, 4);
         for (uint32_t k = 0; k < 4; k++)
-          assert_float_equal(weight_of(&r, i, k), row_of(&r, i)[r.layout->attributes[0] + k], 2e-6);
+          assert_float_equal(weight_of(&r, i, k), row_of(&r, i)[r.layout->attributes[0].column + k], 2e-6);
       }
       free_rows(&r);
     }

@@ -177,11 +177,6 @@ uint32_t tw_mesh_channels(const tw_mesh *mesh, tw_channel out[TW_CHANNELS_MAX]);
  * mesh's, which may be written to. */
 void tw_mesh_set_channels(tw_mesh *mesh, const tw_channel *channels, tw_attribute *attributes);
 
-/* Influences that rows of the mesh's surfaces hold: its width, a multiple of 4, or 0 without a skin. Fewer
- * where more than `most` (0: no limit), or where an element would exceed TW_VERTEX_STRIDE_MAX beside the
- * mesh's attributes. */
-uint32_t tw_mesh_influences(const tw_mesh *mesh, uint32_t most);
-
 /* Copies the material, groups, smoothing group and tangent UV set of faces of `from` to the faces of `to`.
  * parents: [count] for each face of `to` the face of `from`. Arrays live in the arena. TW_NO_MEMORY. */
 tw_status tw_mesh_take_faces(tw_mesh *to, const tw_mesh *from, const uint32_t *parents, uint32_t count,

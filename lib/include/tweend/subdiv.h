@@ -145,6 +145,15 @@ typedef enum tw_domain {
                         tw_surface_layout says */
 } tw_domain;
 
+/* An attribute of rows: one of the mesh. It belongs to the point, so all rows that a seam splits the point
+ * into have the same values, unless the mesh has values of corners. */
+typedef struct tw_row_attribute {
+  const char *name; /* UTF-8, glTF's; as long as the surface lives */
+  uint32_t column, width;
+  tw_numbers numbers;
+  bool is_color; /* from 0 to 1 */
+} tw_row_attribute;
+
 /* Rows of TW_DOMAIN_VERTICES: interleaved floats. Offsets are in floats; UINT32_MAX when absent.
  * Normals are those of the limit surface. At an infinitely sharp crease or a border a row has the normal of
  * its own side; at a semi-sharp crease, that of the surface after all sharpness has decayed. Where the
@@ -158,7 +167,7 @@ typedef enum tw_domain {
  * face's UV map (glTF's: w (normal x tangent) points along growing v, v up). Points are split where the
  * handedness changes, and where faces use different UV sets.
  * Joints and weights: the weights of each joint subdivide as positions do, limit included. A row has as many
- * influences as a point of the mesh, or fewer (tw_mesh_influences by options.influences): the heaviest
+ * influences as a point of the mesh, or fewer (tw_surface_influences by options.influences): the heaviest
  * joints, heaviest first, with weights of sum 1, and joint 0 where a weight is 0. Displacements of normals
  * are present where the mesh has some, the answer has normals and the surface is not movable. Each is the
  * row's normal on the surface with that target at weight 1, minus the normal in the row. Where level 0 has
@@ -169,15 +178,19 @@ typedef struct tw_surface_layout {
   uint32_t normal;                        /* 3 floats, unit length, never zero */
   uint32_t tangent;                       /* 4 floats */
   uint32_t uv_count, uvs[TW_UV_SETS_MAX]; /* 2 floats each, v down as glTF wants it */
-  /* The mesh's attributes, of the same widths, colours from 0 to 1. They belong to the point: all rows that a
-   * seam splits it into have the same values. */
-  uint32_t attribute_count, attributes[TW_ATTRIBUTES_MAX];
+  uint32_t attribute_count;
+  tw_row_attribute attributes[TW_ATTRIBUTES_MAX]; /* as the mesh lists them */
   /* `influences` floats each, weights behind joints; joints are whole numbers. 0 without joints. */
   uint32_t influences, joints, weights;
   /* morph_count x morph_width floats, one target after the other: the displacement of the point and, where
    * the width is 6, that of the normal. */
   uint32_t morph_count, morph_width, morphs;
 } tw_surface_layout;
+
+/* Influences that rows of the mesh's surfaces hold: its width, a multiple of 4, or 0 without a skin. Fewer
+ * where more than `most` (0: no limit), or where an element of glTF would exceed TW_VERTEX_STRIDE_MAX beside
+ * the other columns. */
+uint32_t tw_surface_influences(const tw_mesh *mesh, uint32_t most);
 
 /* The faces of one material and one set of named groups, contiguous in face order. Groups are sorted by
  * material, then by set; each pair occurs once. */
@@ -190,6 +203,8 @@ typedef struct tw_surface_group {
 
 const tw_surface_counts *tw_surface_get_counts(const tw_surface *surface);
 const tw_surface_layout *tw_surface_get_layout(const tw_surface *surface);
+/* The attribute of rows that is their colour; UINT32_MAX: they have none. */
+uint32_t tw_surface_color(const tw_surface *surface);
 uint32_t tw_surface_group_count(const tw_surface *surface);
 const tw_surface_group *tw_surface_get_group(const tw_surface *surface, uint32_t group);
 
