@@ -99,8 +99,9 @@ static const setting known_settings[] = {
     {"plan-cache", KIND_SIZE, AT(plan_cache), "256MiB", 0, UINT64_C(1) << 50, NULL, "SIZE",
      "memory for models, plans and small answers that are kept between requests"},
     {"max-memory", KIND_SIZE, AT(max_memory), NULL, UINT64_C(16) << 20, UINT64_C(1) << 50, NULL, "SIZE",
-     "memory of all requests and caches; a request that does not fit waits, or is answered 503 (default: "
-     "1GiB, or 3/4 of the cgroup's limit)"},
+     "memory of all requests, live streams and caches; a request waits for memory and is answered 503 if "
+     "that "
+     "takes too long, 422 if it needs more than all of it (default: 1GiB, or 3/4 of the cgroup's limit)"},
     {"header-timeout", KIND_DURATION, AT(header_timeout), "10s", 1, DAY_MS, NULL, "DURATION",
      "time for a request's headers to arrive"},
     {"idle-timeout", KIND_DURATION, AT(idle_timeout), "60s", 1, DAY_MS, NULL, "DURATION",
