@@ -1,27 +1,11 @@
-/* Clips of other models: found, and put on a model's nodes by name or carried over to its skeleton. */
+/* Clips of other models: put on a model's nodes by name or carried over to its skeleton, and what VRMAs move
+ * of a face (tweend/face.h). */
 #ifndef API_BORROWED_CLIPS_H
 #define API_BORROWED_CLIPS_H
 
-#include "cache.h"
 #include "call.h"
 #include "tweend/model.h"
 #include "tweend/retarget.h"
-
-/* Fails with 404: the model has no clip of that name, but others. lender: the model's id where it is not that
- * of the request, else NULL. */
-api_outcome api_clip_fail_absent(api_call *call, const tw_model *model, const char *lender, const char *name,
-                                 size_t length);
-
-/* A clip of another stored model. */
-typedef struct api_borrowed {
-  char lender[API_ID_TEXT];
-  api_entry *entry; /* a reference to the model; to be released where it is not NULL */
-  uint32_t index;
-} api_borrowed;
-
-/* Finds the clip of a name that api_clip_is_borrowed. API_FAILED without such a model; API_CONTINUE without
- * such a clip, with the fault of 404; a light call stalls where the model is not cached. */
-api_outcome api_clip_find_borrowed(api_call *call, const char *name, size_t length, api_borrowed *out);
 
 /* Sentences about a clip, each once; zeroed but for the arena. */
 typedef struct api_notes {
@@ -56,5 +40,25 @@ bool api_clip_rename(const tw_model *lender, const tw_clip_keys *keys, const tw_
 bool api_clip_carry(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
                     const tw_retarget_wish *retarget, uint32_t max_keys, api_notes *notes,
                     const char **report, tw_clip_keys *out, api_fault *fault);
+
+/* ---- faces ---------------------------------------------------------------------------------- */
+
+/* A clip of another model, in two parts. */
+typedef struct api_face_split {
+  tw_clip_keys others; /* of the lender: without what moves its face, where the model has one. A view */
+  tw_clip_keys face;   /* of the model; all of it lives in the notes' arena */
+} api_face_split;
+
+/* Splits the clip. Notes what the model's face does not show of it. max_keys: of a track. False: the fault
+ * says why. */
+bool api_face_split_off(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
+                        uint32_t max_keys, api_notes *notes, api_face_split *out, api_fault *fault);
+
+/* Adds the tracks of a face to *keys, whose own tracks of the same parts they replace. Both move nodes of one
+ * model, which has node_count. False without memory. */
+bool api_face_add(const tw_clip_keys *face, uint32_t node_count, tw_arena *arena, tw_clip_keys *keys);
+
+/* The morph weights of the model's nodes at rest, [nodes]; NULL in it: 0. NULL without memory. */
+const float **api_rest_weights(const tw_model *model, tw_arena *arena);
 
 #endif

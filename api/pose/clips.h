@@ -1,35 +1,8 @@
-/* The clips of a request: found by name, borrowed from other models, merged, compiled, cached. */
+/* The chosen clips of a request: put on the model's nodes, merged or mixed, compiled, cached. */
 #ifndef API_CLIPS_H
 #define API_CLIPS_H
 
-#include "borrowed_clips.h"
-#include "clip_terms.h"
-
-/* A clip of a request, before it is compiled. */
-typedef struct api_clip_choice {
-  char lender[API_ID_TEXT]; /* the id of the model that it is borrowed from; "" for the model's own */
-  uint32_t index;
-} api_clip_choice;
-
-/* A view into the call's arena. */
-typedef struct api_clip_choices {
-  uint32_t count;
-  const api_clip_choice *list; /* [count], all different; NULL: the model's own first `count` clips */
-  api_clip_terms terms;
-} api_clip_choices;
-
-/* Finds the clips that `text` names: one name ("{model id}/{name}" borrows a clip), several names separated
- * by commas, or "none"; the name of a clip takes precedence over these meanings. NULL: the model's own first
- * `otherwise` clips, or all if there are fewer. 404 for an unknown name, 400 for a repeated one or more than
- * 256; API_NEEDS_THREAD in a light call when the search is long; a light call stalls where a lender is not
- * cached; 404 and 400 for terms that do not fit. Warns where retarget=auto has no clip to carry over. */
-api_outcome api_clips_choose(api_call *call, const tw_model *model, const char *text, uint32_t otherwise,
-                             const api_clip_terms *terms, api_clip_choices *out);
-
-api_clip_choice api_clips_get(const api_clip_choices *choices, uint32_t i);
-
-/* Prints the choices for keys and entity tags: equal texts of one model mean equal clips. */
-void api_clips_print(const api_clip_choices *choices, tw_text *text);
+#include "clip_choice.h"
 
 /* One or more clips merged and compiled for one model; immutable. */
 typedef struct api_clip {

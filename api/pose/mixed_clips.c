@@ -2,7 +2,7 @@
 #include "mixed_clips.h"
 
 #include "answer.h"
-#include "borrowed_faces.h"
+#include "clip_choice.h"
 #include "json_in.h"
 #include "tweend/json_print.h"
 
