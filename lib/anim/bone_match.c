@@ -102,7 +102,8 @@ static uint32_t find_name(const named *list, uint32_t count, const char *name) {
   return low < count && strcmp(list[low].name, name) == 0 ? list[low].node : TW_NO_INDEX;
 }
 
-/* Meshes and the like may have equal names too: they count where the clip moves them. */
+/* Whether equal names make a pair: nodes that are no bones, as meshes, may have them too, and count only
+ * where the clip moves them. */
 static bool are_bones(const matching *m, uint32_t source, uint32_t target) {
   return m->is_moved[source] || (m->match->is_source_bone[source] && m->match->is_target_bone[target]);
 }
@@ -114,7 +115,8 @@ static uint32_t rank_in(const tw_spine *spine, uint32_t node) {
   return i;
 }
 
-/* Whether a figure's bones are known without a node: what has a spine's name there steers it. */
+/* Whether another node than this one is the bone that its name says, or the spine is complete without it:
+ * then the node is a control of the rig. */
 static bool is_taken_over(const tw_skeleton *skeleton, const uint32_t bones[TW_BONES], const tw_spine *spine,
                           uint8_t role, uint32_t node) {
   if (!is_spine(role)) return bones[role] != TW_NO_INDEX;

@@ -189,8 +189,9 @@ static bool find_front(figures *f) {
   return f->dialect.front_size > 0;
 }
 
-/* Hears all names. A spine that counts to the head, or vertebrae of its lower and upper part, tell what
- * others mean. */
+/* Reads the names of all nodes, then those that mean something else in some rigs: a spine counted up to
+ * spine.006 is Rigify's, which begins at the hips and ends in neck and head; "L5" and "T8" are vertebrae only
+ * where a figure has both lumbar and thoracic ones. */
 static void listen_to_all(figures *f) {
   bool is_rigify = false, has_lumbar = false, has_thoracic = false;
   f->hips = KIND_ROOT;

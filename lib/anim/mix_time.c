@@ -88,8 +88,8 @@ static uint32_t find_key(const tw_layer *layer, double time) {
   return low;
 }
 
-/* *key: any but the last; becomes the last one at or before a time between the keys, and makes times just
- * behind it quick. */
+/* The weight at a time. *key: where the search begins, any key but the last; receives the last key at or
+ * before the time, so that ascending times are found at once. */
 static double weight_near(const tw_layer *layer, double time, uint32_t *key) {
   double weight;
   if (is_constant_at(layer, time, &weight)) return weight;
@@ -307,14 +307,15 @@ static bool make_knots(mix_time *mix, tw_arena *arena) {
 /* What rounding may add to a whole number of rounds. */
 static const double ROUND_SLACK = 1e-6;
 
-/* The part of a round that has been played; the end of a round is 1, not 0. last: rounds at its end */
+/* The part of a round that has been played; the end of a round is 1, not 0. rounds: played so far; last: when
+ * this round ends. */
 static inline double part_until(double rounds, double last) {
   double part = rounds - last + 1;
   return part < 1 ? part : 1;
 }
 
-/* The same of any rounds. *last: rounds at the end of any round; becomes that of this one, which makes times
- * in it quick. */
+/* The same, finding the round. *last: the end of some round; receives that of this one, so that further times
+ * in it need no search. */
 static inline double part_of_round(double rounds, double *last) {
   if (rounds <= 0) return rounds - floor(rounds);
   double early = rounds - ROUND_SLACK;
@@ -431,8 +432,7 @@ double tw_mix_time_of_phase(const mix_time *mix, double phase) {
 
 /* ---- from a clip's times back -------------------------------------------------------------------------- */
 
-/* The times at which a looping layer has played `rounds` rounds and a whole number of others. step: of that
- * number. */
+/* Takes the times at which a looping layer has played `rounds` rounds, or that and a multiple of `step`. */
 static bool take_rounds(const mix_time *mix, uint32_t index, double rounds, double step,
                         const tw_bend_sink *sink) {
   enum { SYNCED_STEPS = 32 }; /* the phase is searched for */

@@ -211,8 +211,8 @@ bool tw_find_axes(const double *left, const double *right, const double *low, co
   return true;
 }
 
-/* The turn from the target's axes to the source's. If it is nearly one between axes of the world, it is that
- * one: that one figure leans is part of its rest pose. */
+/* The turn from the target's axes to the source's. Where it nearly takes axes of the world to axes of the
+ * world, the turn that does so exactly is used: how far a figure leans is part of its rest pose. */
 static void turn_between(double source[3][3], double target[3][3], double out[4]) {
   double columns[3][3] = {{0}}, whole[3][3] = {{0}}, rounded[4];
   for (int column = 0; column < 3; column++)
@@ -341,7 +341,7 @@ static void find_size(tw_fit *fit) {
 
 /* ---- alignments ------------------------------------------------------------------------------ */
 
-/* Whether a bone's direction is the source's, rather than its own. */
+/* Whether a bone is turned to point where the source's does. Others keep the direction of their rest pose. */
 static bool is_limb(uint32_t role) {
   return (role >= TW_BONE_UPPER_LEG && role < TW_BONE_FOOT) || (role >= TW_BONE_UPPER_ARM && role < TW_BONES);
 }

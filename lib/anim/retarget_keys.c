@@ -123,7 +123,8 @@ static bool rests_alike(const tw_carrying *c, const tw_fitted_bone *bone) {
          tw_angle_between(above->offset, TW_QUAT_IDENTITY) <= LIKE;
 }
 
-/* From the source's rest to the target's: a scaled difference, or a ratio. */
+/* How a value of the source becomes the target's: as a scaled difference from rest, or by the ratio of the
+ * rest values. */
 typedef struct likeness {
   double from[3], to[3], scale;
   bool is_ratio;

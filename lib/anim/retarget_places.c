@@ -4,7 +4,7 @@
 #include "retarget_carrying.h"
 #include "vector3.h"
 
-/* A node's own matrix, which may shear, on a place. */
+/* Applies a node's own matrix, which may shear, to a place. */
 static void move_by_matrix(const float m[16], double place[3]) {
   const double was[3] = {place[0], place[1], place[2]};
   for (int i = 0; i < 3; i++)
@@ -12,7 +12,7 @@ static void move_by_matrix(const float m[16], double place[3]) {
         (double)m[i] * was[0] + (double)m[4 + i] * was[1] + (double)m[8 + i] * was[2] + (double)m[12 + i];
 }
 
-/* Where a node of the source is in the world. */
+/* The place of a node of the source in the world. */
 static void source_place(const tw_carrying *c, uint32_t node, float time, double out[3]) {
   const tw_node *nodes = c->job->source.nodes;
   tw_trs own = tw_carrying_source_at(c, node, time);

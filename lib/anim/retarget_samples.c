@@ -1,4 +1,5 @@
-/* Keys of the result: sampled, or those of the source mapped one by one. */
+/* Makes the keys of a track of the result: samples of a function of time, or the source's keys, each of them
+ * mapped. */
 #include <string.h>
 
 #include "retarget_carrying.h"

@@ -41,8 +41,8 @@ static bool has_signs(const tw_skeleton *skeleton) {
   return i < skeleton->node_count;
 }
 
-/* Whether a figure whose left side is its left one would be this one's mirror image: its legs and toes tell
- * left, up and forwards. Without these it would not. */
+/* Whether the figure is a mirror image, so that its left limbs are on its right: legs and toes tell where
+ * left, up and forwards are. False where it lacks some of them. */
 static bool is_mirrored(const uint32_t *bones, const float *world) {
   enum { FEATURES = 3 };
   static const tw_bone features[FEATURES] = {TW_BONE_UPPER_LEG, TW_BONE_FOOT, TW_BONE_TOES};
@@ -121,7 +121,8 @@ static bool flip_keys(tw_track_keys *track, unsigned signs, tw_arena *arena) {
   return values;
 }
 
-/* nodes: as they were. The same turns keys back. */
+/* Changes the signs of all keys to those of the skeleton without signs, or back: it is its own inverse.
+ * nodes: with their signs. False without memory. */
 static bool flip_tracks(tw_clip_keys *keys, const tw_node *nodes, const uint8_t *above, tw_arena *arena) {
   tw_track_keys *tracks = tw_arena_alloc_raw(arena, keys->track_count, sizeof *tracks);
   bool has_room = tracks;

@@ -14,7 +14,8 @@ static void rotation_key(const tw_track_keys *track, uint32_t key, double out[4]
     tw_quat_axis_angle(track->angles + 4 * (size_t)key, track->angles[4 * (size_t)key + 3], out);
 }
 
-/* Turns Euler and axis-angle keys that are interpolated as quaternions into such. */
+/* Replaces Euler or axis-angle keys, which the track interpolates as quaternions, by quaternions. False
+ * without memory. */
 static bool make_quaternions(const tw_track_keys *track, tw_arena *arena, tw_track_keys *out) {
   float *values = tw_arena_alloc_raw(arena, track->key_count, 4 * sizeof *values);
   if (!values) return false;
@@ -43,7 +44,7 @@ static bool moves_angles(const tw_track_keys *track) {
                            (track->form == TW_KEY_AXIS_ANGLE && track->interpolation == TW_LINEAR));
 }
 
-/* Turns angles that are interpolated into LINEAR quaternions within the tolerance. */
+/* Replaces keys whose angles are interpolated by LINEAR quaternions, as many as the tolerance asks for. */
 static tw_status express(tw_carrying *c, const tw_track_keys *track, uint64_t *steps, tw_track_keys *out,
                          tw_error *error) {
   tw_track_keys only = *track;

@@ -54,8 +54,8 @@ tw_status tw_feature_mesh_cut(const tw_exceptions *l, const tw_feature_mesh *s, 
 tw_status tw_feature_mesh_refine(const tw_exceptions *l, const tw_feature_mesh *s, uint32_t step,
                                  tw_feature_mesh *out);
 
-/* The number in the whole level of a share's vertex: a vertex of the step's own level, or a face point of the
- * next. */
+/* The number in the whole level of a feature mesh's vertex: a vertex of the step's own level, or a face point
+ * of the next. */
 uint32_t tw_feature_mesh_share(const tw_exceptions *l, const tw_feature_mesh *s, uint32_t field,
                                uint32_t step, uint32_t v);
 

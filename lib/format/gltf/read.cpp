@@ -14,9 +14,9 @@ namespace gltf {
 
 namespace {
 
-// How many corners and key values may be read of a file of `size` bytes, as many elements may name the same
-// accessor: an exporter's file has far less than one corner and one key value a byte, and reuses its
-// accessors some times.
+// How many corners and key values a file may make read: many elements may name one accessor, so a small file
+// could ask for any number. Exporters' files have far less than one corner and one key value a byte, and name
+// an accessor a few times. The first so many are free whatever the file's size.
 constexpr uint64_t corners_free = 4u << 20, corners_max = 64u << 20, corners_per_byte = 2;
 constexpr uint64_t values_free = 4u << 20, values_per_byte = 4;
 
