@@ -31,24 +31,6 @@ typedef struct measure {
 
 /* ---- chunks ---------------------------------------------------------------------------------- */
 
-/* The first of a face's triangles. */
-static uint64_t begin_of_face(const tw_surface *surface, uint64_t face) {
-  return tw_surface_corners_before(surface, face) - 2 * face;
-}
-
-/* The face of a triangle. */
-static uint64_t find_face(const tw_surface *surface, uint64_t triangle) {
-  uint64_t low = 0, high = tw_surface_get_counts(surface)->faces;
-  while (high - low > 1) {
-    uint64_t middle = low + (high - low) / 2;
-    if (begin_of_face(surface, middle) <= triangle)
-      low = middle;
-    else
-      high = middle;
-  }
-  return low;
-}
-
 static void add_triangle(shell_run *run, const float *a, const float *b, const float *c) {
   double p[3], u[3], v[3];
   for (int i = 0; i < 3; i++) {
@@ -64,7 +46,7 @@ static void add_triangle(shell_run *run, const float *a, const float *b, const f
 
 static void measure_chunk(const measure *m, uint64_t first, chunk *out) {
   const tw_surface *surface = m->part.surface;
-  uint64_t last = tw_least(first + CHUNK, m->triangles), face = find_face(surface, first);
+  uint64_t last = tw_least(first + CHUNK, m->triangles), face = tw_face_of_triangle(surface, first);
   uint32_t second = m->part.is_mirrored ? 2 : 1;
   out->run_count = 0;
   while (first < last) {
@@ -72,15 +54,15 @@ static void measure_chunk(const measure *m, uint64_t first, chunk *out) {
     const uint32_t *places = out->tools.places[0];
     const float *points = out->tools.points.values;
     for (uint32_t i = 0; i < count; face++) {
-      uint64_t stop = tw_least(begin_of_face(surface, face + 1), first + count);
+      uint64_t stop = tw_least(tw_triangles_before(surface, face + 1), first + count);
       uint32_t shell = tw_face_shell(m->shells, face);
       if (out->run_count == 0 || out->runs[out->run_count - 1].shell != shell)
         out->runs[out->run_count++] = (shell_run){.shell = shell};
-      out->runs[out->run_count - 1].faces += first + i == begin_of_face(surface, face);
+      out->runs[out->run_count - 1].faces += first + i == tw_triangles_before(surface, face);
       for (; first + i < stop; i++, places += 3)
         add_triangle(&out->runs[out->run_count - 1], points + 3 * (size_t)places[0],
                      points + 3 * (size_t)places[second], points + 3 * (size_t)places[3 - second]);
-      if (stop < begin_of_face(surface, face + 1)) break; /* the face goes on in the next read */
+      if (stop < tw_triangles_before(surface, face + 1)) break; /* the face goes on in the next read */
     }
     first += count;
   }

@@ -51,16 +51,15 @@ typedef struct face_run {
   bool has_next;
 } face_run;
 
-static uint64_t triangles_before(const tw_surface *surface, const tw_surface_group *group, uint64_t face) {
-  return tw_surface_corners_before(surface, face) - group->first_corner - 2 * (face - group->first_face);
+uint64_t tw_triangles_before(const tw_surface *surface, uint64_t face) {
+  return tw_surface_corners_before(surface, face) - 2 * face;
 }
 
-/* The group's face that a triangle belongs to. */
-static uint64_t find_face(const tw_surface *surface, const tw_surface_group *group, uint64_t triangle) {
-  uint64_t low = group->first_face, high = low + group->face_count;
+uint64_t tw_face_of_triangle(const tw_surface *surface, uint64_t triangle) {
+  uint64_t low = 0, high = tw_surface_get_counts(surface)->faces;
   while (high - low > 1) {
     uint64_t middle = low + (high - low) / 2;
-    if (triangles_before(surface, group, middle) <= triangle)
+    if (tw_triangles_before(surface, middle) <= triangle)
       low = middle;
     else
       high = middle;
@@ -269,8 +268,9 @@ static size_t write_run(const tw_triangulator *t, face_source *source, face_run 
 void tw_triangulator_read(tw_triangulator *triangles, const tw_surface *surface,
                           const tw_surface_group *faces, uint64_t first, size_t count, uint32_t *out) {
   tw_surface_reader_turn(triangles->reader, surface, 0, 0);
-  uint64_t face = find_face(surface, faces, first);
-  uint32_t from = (uint32_t)(first - triangles_before(surface, faces, face));
+  uint64_t triangle = tw_triangles_before(surface, faces->first_face) + first,
+           face = tw_face_of_triangle(surface, triangle);
+  uint32_t from = (uint32_t)(triangle - tw_triangles_before(surface, face));
   face_source source = {.group = faces, .ngons = triangles->polygons == TW_POLYGONS_NGON};
   while (count > 0) {
     face_run run = read_run(triangles, surface, faces, face, (from + (uint64_t)count + 1) / 2);

@@ -28,6 +28,11 @@ void tw_triangulator_deinit(tw_triangulator *triangles); /* a zeroed one is fine
 /* Joins the groups of one material from group *i on, and moves *i past them. */
 tw_surface_group tw_take_material(const tw_surface *surface, uint32_t *i);
 
+/* Triangles that the faces before this one make: a face makes 2 fewer than it has corners. */
+uint64_t tw_triangles_before(const tw_surface *surface, uint64_t face);
+/* The face that makes a triangle, counted over the whole surface. O(log faces). */
+uint64_t tw_face_of_triangle(const tw_surface *surface, uint64_t triangle);
+
 /* How many triangles the faces make. */
 uint64_t tw_count_triangles(const tw_surface_group *faces);
 
