@@ -120,8 +120,9 @@ static bool note_strangers(const tw_model *lender, const tw_clip_keys *keys, con
                          "over to another skeleton");
 }
 
-bool api_clip_rename(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
-                     api_notes *notes, tw_clip_keys *out) {
+/* Puts a clip on the nodes of the same names. False without memory. */
+static bool rename_nodes(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
+                         api_notes *notes, tw_clip_keys *out) {
   tw_track_keys *tracks = tw_arena_alloc(notes->arena, keys->track_count, sizeof *tracks);
   bool *is_noted = tw_arena_alloc(notes->arena, lender->node_count, sizeof *is_noted);
   if (!tracks || !is_noted) return false;
@@ -415,4 +416,20 @@ bool api_face_add(const tw_clip_keys *face, uint32_t node_count, tw_arena *arena
   keys->tracks = tracks;
   keys->track_count = count + face->track_count;
   return true;
+}
+
+/* ---- all of a clip ---------------------------------------------------------------------------- */
+
+bool api_clip_bring(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
+                    const tw_retarget_wish *retarget, uint32_t max_keys, api_notes *notes,
+                    const char **report, tw_clip_keys *out, api_fault *fault) {
+  api_face_split split;
+  if (!api_face_split_off(lender, keys, model, max_keys, notes, &split, fault)) return false;
+  if (retarget->is_auto) {
+    if (!api_clip_carry(lender, &split.others, model, retarget, max_keys, notes, report, out, fault))
+      return false;
+  } else if (!rename_nodes(lender, &split.others, model, notes, out)) {
+    return api_fault_without_memory(fault);
+  }
+  return api_face_add(&split.face, model->node_count, notes->arena, out) || api_fault_without_memory(fault);
 }

@@ -24,11 +24,13 @@ bool api_note_missing(api_notes *notes, const char *node);
 bool api_track_check(api_notes *notes, const tw_model *model, const tw_track_keys *track, uint32_t node,
                      bool *fits);
 
-/* Puts a clip of the lender on the model's nodes of the same names. Leaves out tracks of nodes that the model
- * lacks, and morph weights whose number differs. All of *out is copied to the notes' arena. False without
- * memory. */
-bool api_clip_rename(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
-                     api_notes *notes, tw_clip_keys *out);
+/* Puts a clip of the lender on the model's nodes: its face by expressions (api_face_split_off), all else
+ * carried over (api_clip_carry) or, without retarget->is_auto, on the nodes of the same names. The latter
+ * leaves out tracks of nodes that the model lacks, and morph weights whose number differs. All of *out is in
+ * the notes' arena. *report: as of api_clip_carry, else left alone. False: the fault says why. */
+bool api_clip_bring(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
+                    const tw_retarget_wish *retarget, uint32_t max_keys, api_notes *notes,
+                    const char **report, tw_clip_keys *out, api_fault *fault);
 
 /* How near keys come to a clip that is carried over where they are not its own. */
 #define API_CARRYING_TOLERANCE ((tw_tolerance){0.05 / TW_DEGREES, 1e-4})

@@ -66,7 +66,6 @@ static bool note_loose(api_notes *notes, const tw_clip_keys *keys) {
 /* The keys of each chosen clip, on the model's nodes. NULL: the fault says why. */
 static tw_clip_keys *gather_keys(const clip_source *source, api_clip *clip, api_notes *notes,
                                  api_fault *fault) {
-  const tw_retarget_wish *retarget = &source->choices->terms.retarget;
   tw_clip_keys *keys = tw_arena_alloc(clip->arena, source->choices->count, sizeof *keys);
   bool is_done = keys || api_fault_without_memory(fault);
   for (uint32_t i = 0; is_done && i < source->choices->count; i++) {
@@ -74,18 +73,9 @@ static tw_clip_keys *gather_keys(const clip_source *source, api_clip *clip, api_
     const tw_clip_keys *own = &lender->clips[api_clips_get(source->choices, i).index];
     keys[i] = *own;
     is_done = note_loose(notes, own) || api_fault_without_memory(fault);
-    if (!is_done || !source->lenders[i]) continue;
-    api_face_split split;
-    is_done = api_face_split_off(lender, own, source->model, source->max_keys, notes, &split, fault);
-    if (is_done && retarget->is_auto)
-      is_done = api_clip_carry(lender, &split.others, source->model, retarget, source->max_keys, notes,
-                               &clip->retarget, &keys[i], fault);
-    else if (is_done)
-      is_done = api_clip_rename(lender, &split.others, source->model, notes, &keys[i]) ||
-                api_fault_without_memory(fault);
-    if (is_done)
-      is_done = api_face_add(&split.face, source->model->node_count, notes->arena, &keys[i]) ||
-                api_fault_without_memory(fault);
+    if (is_done && source->lenders[i])
+      is_done = api_clip_bring(lender, own, source->model, &source->choices->terms.retarget, source->max_keys,
+                               notes, &clip->retarget, &keys[i], fault);
   }
   return is_done ? keys : NULL;
 }
