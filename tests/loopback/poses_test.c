@@ -1,46 +1,9 @@
-/* Poses: times, forms, nodes, borrowed clips, refusals, validators, streaming. */
-#include "loopback.h"
+/* Poses: times, forms, nodes, refusals, validators, streaming. */
+#include "arm.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Two nodes, one turning by 90 degrees about z in a second and moving by (0, 0, 2). */
-static const char arm[] =
-    "{'nodes':[{'name':'base'},{'name':'arm','parent':'base','translation':[1,0,0]},{'name':'a,b'},{}],"
-    "'clips':[{'name':'turn','tracks':[{'node':'base','path':'rotation','times':[0,1],"
-    "'unit':'degrees','axis_angles':[[0,0,1,0],[0,0,1,90]]},{'node':'base','path':'translation',"
-    "'times':[0,1],'values':[[0,0,0],[0,0,2]]}]},{'tracks':[]}]}";
-
-static int setup(void **state) {
-  api_settings settings = loopback_settings();
-  settings.limits.max_times = 100000;
-  *state = one_model_start(&settings, arm);
-  return 0;
-}
-
-static reply ask(const one_model *f, const char *rest) {
-  return model_get(f->loop, f->id, rest);
-}
-
-static cJSON *ask_json(const one_model *f, const char *rest) {
-  return model_get_json(f->loop, f->id, rest);
-}
-
-static const cJSON *pose(const cJSON *answer, int index) {
-  return cJSON_GetArrayItem(json_member(answer, "poses"), index);
-}
-
-/* Row `node` of a part equals the numbers, to single precision. */
-static void assert_row(const cJSON *pose, const char *part, int node, size_t count, const double *expected) {
-  const cJSON *row = cJSON_GetArrayItem(json_member(pose, part), node);
-  assert_int_equal(cJSON_GetArraySize(row), count);
-  for (size_t i = 0; i < count; i++) {
-    double value = cJSON_GetArrayItem(row, (int)i)->valuedouble;
-    if (fabs(value - expected[i]) > 1e-6) fail_msg("%s[%zu] is %g, expected %g", part, i, value, expected[i]);
-  }
-}
 
 TEST_WITH(bad_parameters_are_400, setup, fixture_stop) {
   const char *const bad[] = {"at=",
@@ -252,263 +215,6 @@ TEST_WITH(a_model_without_clips_rests, setup, fixture_stop) {
   assert_int_equal(r.status, 200);
   assert_says(&r, "'clip':null");
   assert_says(&r, "'translation':[[1,2,3]]");
-  reply_free(&r);
-}
-
-TEST_WITH(a_clip_is_borrowed_by_the_names_of_nodes, setup, fixture_stop) {
-  one_model *f = *state;
-  char id[API_ID_TEXT], target[160];
-  loopback_upload(f->loop, "application/json", "{'nodes':[{'name':'other'},{'name':'base'}]}", id);
-  snprintf(target, sizeof target, "/v1/models/%s/pose?at=1&clip=%s/turn", id, f->id);
-  reply r = loopback_get(f->loop, target);
-  cJSON *answer = cJSON_Parse(r.body);
-  assert_row(pose(answer, 0), "translation", 1, 3, (double[]){0, 0, 2});
-  assert_null(cJSON_GetObjectItem(answer, "warnings"));
-  assert_null(reply_header(&r, "X-Tweend-Warning"));
-  cJSON_Delete(answer);
-  reply_free(&r);
-  loopback_upload(f->loop, "application/json", "{'nodes':[{'name':'other'}]}", id);
-  snprintf(target, sizeof target, "/v1/models/%s/pose?at=1&clip=%s/turn", id, f->id);
-  r = loopback_get(f->loop, target);
-  assert_int_equal(r.status, 200);
-  assert_says(&r, "'warnings':['the clip moves a node that the model does not have: base']");
-  assert_string_equal(reply_header(&r, "X-Tweend-Warning"),
-                      "1; the%20clip%20moves%20a%20node%20that%20the%20model%20does%20not%20have%3A%20base");
-  reply_free(&r);
-  /* A borrowed clip is as long as it is. */
-  snprintf(target, sizeof target, "/v1/models/%s/pose?fps=1&clip=%s/turn", id, f->id);
-  r = loopback_get(f->loop, target);
-  assert_says(&r, "'duration':1,");
-  assert_says(&r, "'times':[0,1]");
-  reply_free(&r);
-  /* When the lender is deleted, its clips are gone with it. */
-  char path[64];
-  snprintf(path, sizeof path, "/v1/models/%s", f->id);
-  r = loopback_ask(f->loop, "DELETE", path, NULL, NULL, 0);
-  reply_free(&r);
-  assert_problem(loopback_get(f->loop, target), 404, NULL, f->id);
-}
-
-TEST_WITH(a_clip_of_another_skeleton_is_told_to_need_carrying_over, setup, fixture_stop) {
-  one_model *f = *state;
-  char id[API_ID_TEXT], target[160];
-  loopback_upload(f->loop, "application/json",
-                  "{'nodes':[{'name':'x'},{'name':'y'}],'clips':[{'name':'c','tracks':[{'node':'x','path':"
-                  "'scale','times':[0],'values':[[1,1,1]]},{'node':'y','path':'scale','times':[0],"
-                  "'values':[[1,1,1]]}]}]}",
-                  id);
-  snprintf(target, sizeof target, "pose?clip=%s/c", id);
-  reply r = ask(f, target);
-  assert_says(&r, "'warnings':['the model has none of the nodes that the clip moves: retarget=auto carries a "
-                  "clip over to another skeleton','the clip moves a node that the model does not have: x',");
-  reply_free(&r);
-}
-
-/* Uploads two bones and a triangle with morph targets, whose weight a clip moves from 0 to 1 in 2 s. */
-static void upload_face(loopback *loop, const char *node, const char *targets, const char *clips,
-                        char id[API_ID_TEXT]) {
-  char document[1600];
-  snprintf(document, sizeof document,
-           "{'asset':{'version':'2.0'},'scenes':[{'nodes':[0,2]}],'nodes':[{'name':'hips','children':[1]},"
-           "{'name':'head'},{'name':'%s','mesh':0}],"
-           "'meshes':[{'primitives':[{'attributes':{'POSITION':0},'targets':[%s]}]}],"
-           "'buffers':[{'byteLength':52,'uri':'data:application/octet-stream;base64,"
-           "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAEAAAAAAAACAPw=='}],"
-           "'bufferViews':[{'buffer':0,'byteLength':36},{'buffer':0,'byteOffset':36,'byteLength':8},"
-           "{'buffer':0,'byteOffset':44,'byteLength':8}],'accessors':[{'bufferView':0,'componentType':5126,"
-           "'count':3,'type':'VEC3','min':[0,0,0],'max':[1,1,0]},{'bufferView':1,'componentType':5126,"
-           "'count':2,'type':'SCALAR','min':[0],'max':[2]},{'bufferView':2,'componentType':5126,'count':2,"
-           "'type':'SCALAR'}]%s}",
-           node, targets, clips);
-  loopback_upload(loop, "model/gltf+json", document, id);
-}
-
-TEST_WITH(morph_weights_of_another_model_go_by_names_and_losses_are_told, setup, fixture_stop) {
-  static const char clip[] =
-      ",'animations':[{'name':'smile','samplers':[{'input':1,'output':2}],'channels':[{"
-      "'sampler':0,'target':{'node':2,'path':'weights'}}]}]";
-  static const struct {
-    const char *node, *targets, *says;
-  } cases[] = {
-      {"face", "{'POSITION':0}", "'weights':{'face':[0.5]}"},
-      {"face", "{'POSITION':0},{'POSITION':0}",
-       "'warnings':['the clip moves 1 morph weight of face, which has 2 in the model: left out']"},
-      {"mask", "{'POSITION':0}", "'warnings':['the clip moves a node that the model does not have: face']"}};
-  one_model *f = *state;
-  char lender[API_ID_TEXT], target[200];
-  upload_face(f->loop, "face", "{'POSITION':0}", clip, lender);
-  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-    static const char *const queries[] = {"", "&retarget=auto"};
-    upload_face(f->loop, cases[i].node, cases[i].targets, "", f->id);
-    for (int q = 0; q < 2; q++) {
-      snprintf(target, sizeof target, "pose?at=1&clip=%s/smile%s", lender, queries[q]);
-      reply r = ask(f, target);
-      assert_int_equal(r.status, 200);
-      assert_says(&r, cases[i].says);
-      reply_free(&r);
-    }
-  }
-}
-
-TEST_WITH(clips_that_another_model_lacks_are_told_with_its_id, setup, fixture_stop) {
-  static const char hint[] = "a clip of another model is {model id}/{name}, the id in lower case";
-  one_model *f = *state;
-  char rest[160], word[120];
-  snprintf(rest, sizeof rest, "pose?clip=%s/dance", f->id);
-  snprintf(word, sizeof word, "no clip of model %s is called \"dance\"; there are: turn", f->id);
-  assert_problem(ask(f, rest), 404, NULL, word);
-  snprintf(rest, sizeof rest, "pose?clip=%s", f->id);
-  assert_problem(ask(f, rest), 404, NULL, hint);
-  assert_problem(ask(f, "pose?clip=ABCDEF00000000000000000000000000/turn"), 404, NULL, hint);
-}
-
-/* Asserts where the node of a model with one node is at time 1 of a clip. */
-static void assert_moved(loopback *loop, const char *id, const char *clip, double x) {
-  char rest[160];
-  one_model of = {.loop = loop};
-  memcpy(of.id, id, sizeof of.id);
-  snprintf(rest, sizeof rest, "pose?at=1&clip=%s", clip);
-  cJSON *answer = ask_json(&of, rest);
-  assert_row(pose(answer, 0), "translation", 0, 3, (double[]){x, 0, 0});
-  cJSON_Delete(answer);
-}
-
-#define GO_TO(x) "'tracks':[{'node':'n','path':'translation','times':[0,1],'values':[[0,0,0],[" x ",0,0]]}]"
-
-TEST_WITH(layers_name_clips_by_their_place_unless_one_is_called_so, loopback_setup, loopback_teardown) {
-  char id[API_ID_TEXT], other[API_ID_TEXT], text[256];
-  loopback_upload(*state, "application/json",
-                  "{'nodes':[{'name':'n'}],'clips':[{'name':'go'," GO_TO("1") "},{'name':'go'," GO_TO(
-                      "3") "},"
-                           "{'name':'second','layers':[{'clip':'clip_1'}]},"
-                           "{'name':'both','layers':[{'clip':'clip_0'},{'clip':'clip_1'}]}]}",
-                  id);
-  assert_moved(*state, id, "second", 3);
-  assert_moved(*state, id, "both", 2);
-  snprintf(text, sizeof text,
-           "{'nodes':[{'name':'n'}],'clips':[{'name':'m','layers':[{'clip':'%s/clip_1'}]}]}", id);
-  loopback_upload(*state, "application/json", text, other);
-  assert_moved(*state, other, "m", 3);
-  loopback_upload(*state, "application/json",
-                  "{'nodes':[{'name':'n'}],'clips':[{'name':'clip_1'," GO_TO("5") "},{" GO_TO(
-                      "7") "},"
-                           "{'name':'m','layers':[{'clip':'clip_1'}]}]}",
-                  id);
-  assert_moved(*state, id, "m", 5);
-  assert_problem(loopback_post(*state, "/v1/models", "application/json",
-                               "{'nodes':[{'name':'n'}],'clips':[{'name':'go'," GO_TO(
-                                   "1") "},{},{'name':'go',"
-                                        "'tracks':[]},{'layers':[{'clip':'go'}]}]}"),
-                 422, "/clips/3/layers/0/clip", "clip_0 names the first, clip_2 the second");
-  assert_problem(loopback_post(*state, "/v1/models", "application/json",
-                               "{'clips':[{'tracks':[]},{'layers':[{'clip':'clip_2'}]}]}"),
-                 422, "/clips/1/layers/0/clip", "no clip is called \"clip_2\"");
-}
-
-/* The answers differ in nothing else: what is remembered of one must not speak for the other. */
-TEST_WITH(carrying_over_what_is_not_borrowed_is_told, setup, fixture_stop) {
-  static const struct {
-    const char *rest;
-    bool is_told;
-  } cases[] = {{"tracks?retarget=auto", true},
-               {"tracks", false},
-               {"pose?clip=turn&retarget=auto&feet=hold", true},
-               {"pose?clip=turn&retarget=none", false},
-               {"surface.glb?retarget=auto", true},
-               {"surface.glb", false},
-               {"live?loop=clamp&retarget=auto", true}};
-  one_model *f = *state;
-  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-    reply r = ask(f, cases[i].rest);
-    assert_int_equal(r.status, 200);
-    const char *warning = reply_header(&r, "X-Tweend-Warning");
-    if ((warning && strstr(warning, "retarget%3Dauto")) != cases[i].is_told) fail_msg("%s", cases[i].rest);
-    reply_free(&r);
-  }
-  char rest[128];
-  snprintf(rest, sizeof rest, "pose?clip=%s/turn&retarget=auto", f->id);
-  reply r = ask(f, rest);
-  assert_int_equal(r.status, 200);
-  assert_null(reply_header(&r, "X-Tweend-Warning"));
-  reply_free(&r);
-}
-
-/* Layers of a clip below the one that is asked for count too; those that go by names do not. */
-TEST_WITH(tracks_of_a_mixed_clip_tell_how_its_layers_were_carried_over, loopback_setup, loopback_teardown) {
-  char lender[API_ID_TEXT], id[API_ID_TEXT], text[1024];
-  loopback_upload(
-      *state, "application/json",
-      "{'nodes':[{'name':'spine'},{'name':'neck','parent':'spine','translation':[0,1,0]}],'clips':"
-      "[{'name':'nod','tracks':[{'node':'neck','path':'rotation','times':[0,1],'quaternions':"
-      "[[0,0,0,1],[1,0,0,1]]}]}]}",
-      lender);
-  snprintf(text, sizeof text,
-           "{'nodes':[{'name':'spine'},{'name':'neck','parent':'spine','translation':[0,2,0]}],'clips':["
-           "{'name':'own','layers':[{'clip':'%s/nod'},{'clip':'%s/nod','retarget':'auto'}]},"
-           "{'name':'both','layers':[{'clip':'own'}]},"
-           "{'name':'plain','layers':[{'clip':'%s/nod'}]}]}",
-           lender, lender, lender);
-  loopback_upload(*state, "application/json", text, id);
-  static const char *const names[] = {"own", "both"};
-  for (int i = 0; i < 2; i++) {
-    snprintf(text, sizeof text, "tracks?clip=%s", names[i]);
-    cJSON *answer = model_get_json(*state, id, text);
-    const cJSON *layers = json_member(answer, "layers");
-    assert_int_equal(cJSON_GetArraySize(layers), 1);
-    assert_string_equal(json_member(layers->child, "clip")->valuestring, "own");
-    assert_float_equal(json_member(layers->child, "layer")->valuedouble, 1, 0);
-    snprintf(text, sizeof text, "%s/nod", lender);
-    assert_string_equal(json_member(layers->child, "plays")->valuestring, text);
-    const cJSON *retarget = json_member(layers->child, "retarget");
-    assert_int_equal(cJSON_GetArraySize(json_member(retarget, "bones")), 2);
-    cJSON_Delete(answer);
-  }
-  cJSON *answer = model_get_json(*state, id, "tracks?clip=plain");
-  assert_null(cJSON_GetObjectItem(answer, "layers"));
-  cJSON_Delete(answer);
-}
-
-/* The hips go over a foot that stands. */
-TEST_WITH(a_foot_that_stands_does_so_without_the_root_motion_too, loopback_setup, loopback_teardown) {
-  char id[API_ID_TEXT];
-  loopback_upload(*state, "application/json",
-                  "{'nodes':[{'name':'hips','translation':[0,1,0]},{'name':'foot','parent':'hips',"
-                  "'translation':[0,-1,0]}],'clips':[{'name':'walk','tracks':[{'node':'hips','path':"
-                  "'translation','times':[0,1],'values':[[0,1,0],[1,1,0]]},{'node':'foot','path':"
-                  "'translation','times':[0,1],'values':[[0,-1,0],[-1,-1,0]]}]}]}",
-                  id);
-  static const char *const queries[] = {"tracks", "tracks?root_motion=hips", "tracks?in_place=true"};
-  for (int i = 0; i < 3; i++) {
-    cJSON *answer = model_get_json(*state, id, queries[i]);
-    const cJSON *contacts = json_member(json_member(answer, "report"), "contacts");
-    assert_int_equal(cJSON_GetArraySize(contacts), 1);
-    assert_float_equal(json_member(contacts->child, "from")->valuedouble, 0, 0);
-    assert_float_equal(json_member(contacts->child, "to")->valuedouble, 1, 0);
-    assert_float_equal(json_member(contacts->child, "slide")->valuedouble, 0, 1e-3);
-    cJSON_Delete(answer);
-  }
-}
-
-/* A name of 100 characters, six bytes each when encoded. */
-TEST_WITH(a_long_warning_is_cut_between_characters, setup, fixture_stop) {
-  one_model *f = *state;
-  char name[201] = "", text[1200], lender[API_ID_TEXT], target[128];
-  for (int i = 0; i < 200; i += 2) memcpy(name + i, "\xC3\xA4", 3);
-  snprintf(
-      text, sizeof text,
-      "{'nodes':[{'name':'%s'},{'name':'%s2'},{'name':'arm'}],'clips':[{'name':'c','tracks':[{'node':'%s',"
-      "'path':'scale','times':[0],'values':[[1,1,1]]},{'node':'%s2','path':'scale','times':[0],"
-      "'values':[[1,1,1]]},{'node':'arm','path':'scale','times':[0],'values':[[1,1,1]]}]}]}",
-      name, name, name, name);
-  loopback_upload(f->loop, "application/json", text, lender);
-  snprintf(target, sizeof target, "/v1/models/%s/pose?at=1&clip=%s/c", f->id, lender);
-  reply r = loopback_get(f->loop, target);
-  const char *warning = reply_header(&r, "X-Tweend-Warning"), *end = strstr(warning, "%E2%80%A6");
-  assert_memory_equal(warning, "2; the%20clip", 13);
-  assert_non_null(end);
-  assert_memory_equal(end - 6, "%C3%A4", 6);
-  assert_int_equal(end[9], '\0');
-  assert_in_range(strlen(warning), 380, 400);
   reply_free(&r);
 }
 
@@ -817,6 +523,65 @@ TEST_WITH(binary_rows_are_those_of_the_json, setup, fixture_stop) {
                  (const char *const[]){"axis_angle", "translation", "scale", NULL});
 }
 
+TEST_WITH(keys_of_scales_and_morph_weights_are_told, setup, fixture_stop) {
+  one_model *f = *state;
+  /* A triangle with one morph target, in two nodes of one name: three points, three offsets, times 0 and 2,
+   * weights 0 and 1. */
+  loopback_upload(
+      f->loop, "model/gltf+json",
+      "{'asset':{'version':'2.0'},'scenes':[{'nodes':[0]}],'nodes':[{'name':'face','mesh':0},{'name':'ear'},"
+      "{'name':'face','mesh':0}],"
+      "'meshes':[{'primitives':[{'attributes':{'POSITION':0},'targets':[{'POSITION':0}]}]}],"
+      "'buffers':[{'byteLength':68,'uri':'data:application/octet-stream;base64,"
+      "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAEAAAIA/AACAPwAAgD8AAIA/AACAPwAAgD8='}],"
+      "'bufferViews':[{'buffer':0,'byteLength':36},{'buffer':0,'byteOffset':36,'byteLength':8},"
+      "{'buffer':0,'byteOffset':36,'byteLength':24}],'accessors':[{'bufferView':0,'componentType':5126,"
+      "'count':3,'type':'VEC3','min':[0,0,0],'max':[1,1,0]},{'bufferView':1,'componentType':5126,'count':2,"
+      "'type':'SCALAR','min':[0],'max':[2]},{'bufferView':2,'componentType':5126,'count':2,'type':'VEC3'}],"
+      "'animations':[{'samplers':[{'input':1,'output':1,'interpolation':'STEP'},{'input':1,'output':2}],"
+      "'channels':[{'sampler':0,'target':{'node':0,'path':'weights'}},"
+      "{'sampler':1,'target':{'node':0,'path':'scale'}},{'sampler':0,'target':{'node':2,'path':'weights'}}]}]"
+      "}",
+      f->id);
+  cJSON *answer = ask_json(f, "tracks");
+  assert_int_equal(cJSON_GetArraySize(json_member(answer, "tracks")), 0);
+  const cJSON *weights = json_member(answer, "other_tracks")->child;
+  assert_string_equal(json_member(weights, "path")->valuestring, "weights");
+  assert_string_equal(json_member(weights, "interpolation")->valuestring, "step");
+  assert_int_equal(json_member(weights, "keys")->valueint, 2);
+  assert_true(json_member(weights, "times")->child->next->valuedouble == 2);
+  assert_string_equal(json_member(weights->next, "path")->valuestring, "scale");
+  assert_null(weights->next->next->next);
+  cJSON_Delete(answer);
+  answer = ask_json(f, "pose?at=1,2");
+  const cJSON *pose = json_member(answer, "poses")->child;
+  assert_true(json_member(json_member(pose, "weights"), "face")->child->valuedouble == 0); /* it steps */
+  assert_true(json_member(json_member(pose->next, "weights"), "face")->child->valuedouble == 2);
+  assert_true(json_member(json_member(pose->next, "weights"), "node_2")->child->valuedouble == 2);
+  cJSON_Delete(answer);
+  const char *const parts[] = {"rotation", "translation", "scale", NULL};
+  compare_binary(f, "at=2,1", parts);
+  compare_binary(f, "at=2&nodes=face&root_motion=face&root_axes=x", parts);
+  compare_binary(f, "at=2&nodes=ear", parts);
+  reply r = ask(f, "pose.bin?nodes=face");
+  assert_non_null(strstr(r.body + 12,
+                         "\"weights\":[{\"name\":\"face\",\"node\":0,\"offset\":20,"
+                         "\"byte_offset\":80,\"components\":1},{\"name\":\"node_2\",\"node\":1,"));
+  reply_free(&r);
+  static const struct {
+    const char *rest;
+    bool is_told;
+  } forms[] = {{"pose.bin?at=1", false},  {"pose.csv?at=1", true},     {"pose.bvh?nodes=all", true},
+               {"pose.json?at=1", false}, {"pose.ndjson?at=1", false}, {"pose.csv?at=1&nodes=ear", false}};
+  for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
+    r = ask(f, forms[i].rest);
+    assert_int_equal(r.status, 200);
+    const char *warning = reply_header(&r, "X-Tweend-Warning");
+    assert_int_equal(warning && strstr(warning, "morph%20weights"), forms[i].is_told);
+    reply_free(&r);
+  }
+}
+
 TEST_WITH(a_large_answer_is_streamed_and_the_same, setup, fixture_stop) {
   one_model *f = *state;
   reply r = ask(f, "pose.json?from=0&to=1&fps=5000&nodes=base");
@@ -929,189 +694,4 @@ TEST_WITH(joint_matrices_are_world_times_inverse_bind, setup, fixture_stop) {
   assert_int_equal(json_member(json_member(answer, "skins")->child, "count")->valueint, 2);
   cJSON_Delete(answer);
   reply_free(&r);
-}
-
-/* ---- tracks ---------------------------------------------------------------------------------- */
-
-TEST_WITH(tracks_are_reported, setup, fixture_stop) {
-  one_model *f = *state;
-  cJSON *answer = ask_json(f, "tracks");
-  assert_string_equal(json_member(answer, "clip")->valuestring, "turn");
-  assert_int_equal(cJSON_GetArraySize(json_member(answer, "tracks")), 1); /* the rotation alone */
-  const cJSON *track = json_member(answer, "tracks")->child;
-  assert_string_equal(json_member(track, "node")->valuestring, "base");
-  assert_string_equal(json_member(track, "kind")->valuestring, "axis-angle");
-  assert_int_equal(json_member(track, "keys")->valueint, 2);
-  const cJSON *times = json_member(track, "times");
-  assert_int_equal(cJSON_GetArraySize(times), 2);
-  assert_true(times->child->valuedouble < times->child->next->valuedouble);
-  assert_true(fabs(json_member(track, "total_degrees")->valuedouble - 90) < 1e-3);
-  const cJSON *gimbal = json_member(track, "gimbal");
-  assert_true(json_member(gimbal, "cos_middle")->valuedouble > 0.999);
-  assert_int_equal(cJSON_GetArraySize(json_member(track, "orders")), 6);
-  json_member(track, "best_order");
-  assert_int_equal(cJSON_GetArraySize(json_member(answer, "other_tracks")), 1);
-  const cJSON *other = json_member(answer, "other_tracks")->child;
-  assert_string_equal(json_member(other, "node")->valuestring, "base");
-  assert_string_equal(json_member(other, "path")->valuestring, "translation");
-  assert_string_equal(json_member(other, "interpolation")->valuestring, "linear");
-  assert_int_equal(json_member(other, "keys")->valueint, 2);
-  assert_true(json_member(other, "times")->child->next->valuedouble == 1);
-  assert_false(cJSON_HasObjectItem(other, "kind") || cJSON_HasObjectItem(other, "gimbal"));
-  cJSON_Delete(answer);
-  assert_problem(ask(f, "tracks?clip=dance"), 404, NULL, "dance");
-  assert_problem(ask(f, "tracks?at=1"), 400, NULL, "at");
-  reply r = ask(f, "tracks?clip=turn");
-  char target[64];
-  snprintf(target, sizeof target, "/v1/models/%s/tracks", f->id);
-  assert_true(loopback_is_light(f->loop, target));
-  reply_free(&r);
-}
-
-TEST_WITH(the_clip_is_reported_as_a_whole, setup, fixture_stop) {
-  one_model *f = *state;
-  cJSON *answer = ask_json(f, "tracks");
-  const cJSON *report = json_member(answer, "report"), *loop = json_member(report, "loop");
-  assert_true(fabs(json_member(loop, "angle")->valuedouble - 90) < 1e-3);
-  assert_true(json_member(loop, "distance")->valuedouble == 2);
-  assert_string_equal(json_member(loop, "node")->valuestring, "base");
-  const cJSON *root = json_member(report, "root");
-  assert_string_equal(json_member(root, "node")->valuestring, "base");
-  assert_true(fabs(json_member(root, "distance")->valuedouble - 2) < 1e-5);
-  assert_true(fabs(json_member(root, "speed")->valuedouble - 2) < 1e-5);
-  assert_int_equal(cJSON_GetArraySize(json_member(report, "noise")), 0);
-  assert_int_equal(cJSON_GetArraySize(json_member(report, "pops")), 0);
-  int still = cJSON_GetArraySize(json_member(report, "still"));
-  assert_int_equal(cJSON_GetArraySize(json_member(report, "feet")), 0);
-  assert_int_equal(cJSON_GetArraySize(json_member(report, "warnings")), 1);
-  assert_non_null(strstr(json_member(report, "warnings")->child->valuestring, "feet= names them"));
-  cJSON_Delete(answer);
-  answer = ask_json(f, "tracks?feet=base");
-  report = json_member(answer, "report");
-  assert_int_equal(cJSON_GetArraySize(json_member(report, "still")), still);
-  assert_int_equal(cJSON_GetArraySize(json_member(report, "feet")), 1);
-  assert_string_equal(json_member(report, "feet")->child->valuestring, "base");
-  assert_int_equal(cJSON_GetArraySize(json_member(report, "warnings")), 1);
-  assert_non_null(strstr(json_member(report, "warnings")->child->valuestring, "at one height"));
-  cJSON_Delete(answer);
-  assert_problem(ask(f, "tracks?feet=bass"), 404, NULL, "did you mean base");
-}
-
-TEST_WITH(keys_of_scales_and_morph_weights_are_told, setup, fixture_stop) {
-  one_model *f = *state;
-  /* A triangle with one morph target, in two nodes of one name: three points, three offsets, times 0 and 2,
-   * weights 0 and 1. */
-  loopback_upload(
-      f->loop, "model/gltf+json",
-      "{'asset':{'version':'2.0'},'scenes':[{'nodes':[0]}],'nodes':[{'name':'face','mesh':0},{'name':'ear'},"
-      "{'name':'face','mesh':0}],"
-      "'meshes':[{'primitives':[{'attributes':{'POSITION':0},'targets':[{'POSITION':0}]}]}],"
-      "'buffers':[{'byteLength':68,'uri':'data:application/octet-stream;base64,"
-      "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAEAAAIA/AACAPwAAgD8AAIA/AACAPwAAgD8='}],"
-      "'bufferViews':[{'buffer':0,'byteLength':36},{'buffer':0,'byteOffset':36,'byteLength':8},"
-      "{'buffer':0,'byteOffset':36,'byteLength':24}],'accessors':[{'bufferView':0,'componentType':5126,"
-      "'count':3,'type':'VEC3','min':[0,0,0],'max':[1,1,0]},{'bufferView':1,'componentType':5126,'count':2,"
-      "'type':'SCALAR','min':[0],'max':[2]},{'bufferView':2,'componentType':5126,'count':2,'type':'VEC3'}],"
-      "'animations':[{'samplers':[{'input':1,'output':1,'interpolation':'STEP'},{'input':1,'output':2}],"
-      "'channels':[{'sampler':0,'target':{'node':0,'path':'weights'}},"
-      "{'sampler':1,'target':{'node':0,'path':'scale'}},{'sampler':0,'target':{'node':2,'path':'weights'}}]}]"
-      "}",
-      f->id);
-  cJSON *answer = ask_json(f, "tracks");
-  assert_int_equal(cJSON_GetArraySize(json_member(answer, "tracks")), 0);
-  const cJSON *weights = json_member(answer, "other_tracks")->child;
-  assert_string_equal(json_member(weights, "path")->valuestring, "weights");
-  assert_string_equal(json_member(weights, "interpolation")->valuestring, "step");
-  assert_int_equal(json_member(weights, "keys")->valueint, 2);
-  assert_true(json_member(weights, "times")->child->next->valuedouble == 2);
-  assert_string_equal(json_member(weights->next, "path")->valuestring, "scale");
-  assert_null(weights->next->next->next);
-  cJSON_Delete(answer);
-  answer = ask_json(f, "pose?at=1,2");
-  const cJSON *pose = json_member(answer, "poses")->child;
-  assert_true(json_member(json_member(pose, "weights"), "face")->child->valuedouble == 0); /* it steps */
-  assert_true(json_member(json_member(pose->next, "weights"), "face")->child->valuedouble == 2);
-  assert_true(json_member(json_member(pose->next, "weights"), "node_2")->child->valuedouble == 2);
-  cJSON_Delete(answer);
-  const char *const parts[] = {"rotation", "translation", "scale", NULL};
-  compare_binary(f, "at=2,1", parts);
-  compare_binary(f, "at=2&nodes=face&root_motion=face&root_axes=x", parts);
-  compare_binary(f, "at=2&nodes=ear", parts);
-  reply r = ask(f, "pose.bin?nodes=face");
-  assert_non_null(strstr(r.body + 12,
-                         "\"weights\":[{\"name\":\"face\",\"node\":0,\"offset\":20,"
-                         "\"byte_offset\":80,\"components\":1},{\"name\":\"node_2\",\"node\":1,"));
-  reply_free(&r);
-  static const struct {
-    const char *rest;
-    bool is_told;
-  } forms[] = {{"pose.bin?at=1", false},  {"pose.csv?at=1", true},     {"pose.bvh?nodes=all", true},
-               {"pose.json?at=1", false}, {"pose.ndjson?at=1", false}, {"pose.csv?at=1&nodes=ear", false}};
-  for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
-    r = ask(f, forms[i].rest);
-    assert_int_equal(r.status, 200);
-    const char *warning = reply_header(&r, "X-Tweend-Warning");
-    assert_int_equal(warning && strstr(warning, "morph%20weights"), forms[i].is_told);
-    reply_free(&r);
-  }
-}
-
-TEST_WITH(a_list_that_is_the_name_of_a_node_means_that_node, setup, fixture_stop) {
-  one_model *f = *state;
-  loopback_upload(f->loop, "application/json", "{'nodes':[{'name':'a,b'},{'name':'a'},{'name':'b'}]}", f->id);
-  static const struct {
-    const char *rest, *nodes;
-  } cases[] = {{"pose?nodes=a,b", "['a,b']"},
-               {"pose?nodes=b,a", "['a','b']"},
-               {"pose?nodes=a", "['a']"},
-               {"pose?nodes=a,b,a", "['a','b']"}};
-  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-    cJSON *answer = ask_json(f, cases[i].rest);
-    char *nodes = cJSON_PrintUnformatted(json_member(answer, "nodes"));
-    for (char *c = nodes; *c; c++)
-      if (*c == '"') *c = '\'';
-    assert_string_equal(nodes, cases[i].nodes);
-    free(nodes);
-    cJSON_Delete(answer);
-  }
-}
-
-TEST_WITH(a_speed_that_fits_no_float_is_a_number_all_the_same, setup, fixture_stop) {
-  one_model *f = *state;
-  loopback_upload(
-      f->loop, "application/json",
-      "{'nodes':[{'name':'arm'}],'clips':[{'name':'turn','tracks':[{'node':'arm','path':'rotation',"
-      "'times':[0,1e-40],'quaternions':[[0,0,0,1],[0.6,0,0,0.8]]}]}]}",
-      f->id);
-  cJSON *answer = ask_json(f, "tracks");
-  const cJSON *track = json_member(answer, "tracks")->child;
-  assert_true(json_member(track, "peak_degrees_per_second")->valuedouble > 3.4e38);
-  cJSON_Delete(answer);
-}
-
-/* The description that a model's storing answers with. */
-static void assert_warning(const one_model *f, const char *track, const char *warning) {
-  char body[512];
-  snprintf(body, sizeof body,
-           "{'nodes':[{'name':'arm'}],'clips':[{'name':'wave','tracks':[{'node':'arm',"
-           "'path':'rotation',%s'times':[0,1,2],%s}]}]}",
-           strstr(track, "quaternions") ? "" : "'unit':'degrees',", track);
-  reply r = loopback_post(f->loop, "/v1/models", "application/json", body);
-  cJSON *answer = cJSON_Parse(r.body);
-  const cJSON *warnings = json_member(answer, "warnings");
-  assert_int_equal(cJSON_GetArraySize(warnings), warning ? 1 : 0);
-  if (warning) assert_non_null(strstr(warnings->child->valuestring, warning));
-  if (warning) assert_non_null(strstr(warnings->child->valuestring, ": clip \"wave\", node \"arm\""));
-  cJSON_Delete(answer);
-  reply_free(&r);
-}
-
-/* Angles turn as far as they say, so nothing is lost; only a half turn between quaternions has no way. */
-TEST_WITH(half_turns_without_a_way_are_warned_of_when_they_are_stored, setup, fixture_stop) {
-  assert_warning(*state, "'eulers':[[0,0,0],[0,170,0],[0,300,0]]", NULL);
-  assert_warning(*state, "'eulers':[[0,0,0],[0,180,0],[0,360,0]]", "2 steps of exactly 180 degrees");
-  assert_warning(*state, "'interpolation':'step','eulers':[[0,0,0],[0,180,0],[0,0,0]]", NULL);
-  assert_warning(*state, "'interpolation':'euler','eulers':[[-170,0,0],[170,0,0],[171,0,0]]", NULL);
-  assert_warning(*state, "'axis_angles':[[0,0,1,0],[0,0,1,180],[0,0,1,900]]", NULL);
-  assert_warning(*state, "'quaternions':[[0,0,0,1],[1,0,0,0],[1,0,0,0]]", "1 step of exactly 180 degrees");
 }
