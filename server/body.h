@@ -3,6 +3,7 @@
 #define SRV_BODY_H
 
 #include "api.h"
+#include "mapped.h"
 
 #include <stdatomic.h>
 
@@ -14,15 +15,18 @@ typedef enum srv_body_status {
   SRV_BODY_FAILED    /* no memory or no disk */
 } srv_body_status;
 
-/* Where all threads keep long bodies. */
+/* Where all threads keep long bodies, and what all bodies take. */
 typedef struct srv_spool {
   const char *folder;        /* path, not owned */
   uint64_t limit;            /* bytes of all bodies together, 0: no limit */
   uint64_t min_free;         /* as in srv_disk_has_room */
   atomic_uint_fast64_t used; /* includes bytes that are expected and have not arrived */
+  uint64_t memory_limit; /* bytes that bodies have in memory; further ones go to files early; 0: no limit */
+  atomic_uint_fast64_t memory;
+  srv_mapped *mapped; /* of the files of bodies, not owned; or NULL */
 } srv_spool;
 
-/* A value; a zeroed one may be deinited. */
+/* A value that stays where it is; a zeroed one may be deinited. */
 typedef struct srv_body {
   uint64_t limit;
   srv_spool *spool; /* not owned */
@@ -32,7 +36,7 @@ typedef struct srv_body {
   size_t capacity;
   int file; /* valid when spooled */
   bool spooled;
-  void *mapping;
+  srv_mapping mapping;
 } srv_body;
 
 /* limit: bytes, at most. spool: outlives the body. */

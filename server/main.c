@@ -26,6 +26,10 @@
 
 enum { STATUS_FAILED = 1, STATUS_USAGE = 2, PLACE_SIZE = 512 };
 
+/* Beside --max-memory: code, stacks, and mapped files as far as there is room. */
+enum { MAPPED_BESIDE = 32 << 20 };
+enum { BODIES_PART = 8 }; /* of --max-memory, for bodies in memory */
+
 typedef struct process {
   srv_config config;
   srv_error error; /* why the daemon does not start */
@@ -33,6 +37,7 @@ typedef struct process {
   srv_store_fs *folder;
   srv_store_s3 *bucket; /* NULL: models are stored in `folder` */
   srv_server server;
+  srv_mapped mapped; /* files of long bodies */
   srv_systemd systemd;
   uint64_t notified_ms;                     /* when the watchdog was last notified */
   srv_http *http, *admin;                   /* admin: NULL without an admin listener */
@@ -187,6 +192,8 @@ static bool prepare(process *p) {
   p->server.spool.folder = srv_store_fs_temporary(p->folder);
   p->server.spool.limit = p->config.spool_limit;
   p->server.spool.min_free = p->config.min_free;
+  p->server.spool.memory_limit = p->config.max_memory / BODIES_PART;
+  p->server.spool.mapped = &p->mapped;
   p->server.metrics = srv_metrics_create();
   if (!p->server.metrics) return false;
   p->server.folder = p->folder;
@@ -345,6 +352,7 @@ static bool stop(process *p) {
   srv_rates_destroy(p->server.rates);
   srv_peers_destroy(p->server.peers);
   srv_networks_deinit(&p->server.trusted);
+  srv_mapped_deinit(&p->mapped);
   close_store(p);
   srv_listeners_close(&p->listeners);
   srv_listeners_close(&p->admin_listeners);
@@ -387,6 +395,7 @@ static int run(process *p) {
   bool has_level = srv_config_log_level(&p->config, &level, &p->error);
   srv_log_configure(level, (srv_log_format)p->config.log_format);
   srv_config_warn(environ);
+  srv_mapped_init(&p->mapped, p->config.max_memory + MAPPED_BESIDE);
   bool serving = has_level && srv_systemd_read(&p->systemd, getenv, &p->error) && prepare(p) &&
                  store_samples(p) && serve(p);
   if (!serving) {

@@ -79,18 +79,18 @@ static coded coder_run(coder *c, ZSTD_inBuffer *input, ZSTD_outBuffer *output, f
 static bool encode_text(api_call *call) {
   api_answer *answer = &call->answer;
   coder c;
-  uint8_t *bytes = malloc(answer->bytes.size);
+  uint8_t *bytes = tw_alloc(answer->bytes.size, 1);
   ZSTD_inBuffer input = {answer->bytes.data, answer->bytes.size, 0};
   ZSTD_outBuffer output = {bytes, answer->bytes.size, 0};
   bool is_coded =
       coder_init(&c, call->coding) && bytes && coder_run(&c, &input, &output, FLUSH_END) == CODED_ALL;
   coder_deinit(&c);
-  uint8_t *fitting = is_coded ? realloc(bytes, output.pos) : NULL;
+  uint8_t *fitting = is_coded ? tw_resize(bytes, output.pos) : NULL;
   if (!is_coded) {
-    free(bytes);
+    tw_free(bytes);
     return false;
   }
-  free((void *)(uintptr_t)answer->bytes.data);
+  tw_free((void *)(uintptr_t)answer->bytes.data);
   answer->bytes = (api_bytes){fitting ? fitting : bytes, output.pos};
   return true;
 }
@@ -188,7 +188,7 @@ static bool sink_grow(sink *out) {
   uint64_t most = out->limit < SIZE_MAX ? out->limit + 1 : SIZE_MAX;
   uint64_t capacity = out->capacity ? (uint64_t)out->capacity + out->capacity / 2 : 65536;
   if (capacity > most) capacity = most;
-  uint8_t *data = realloc(out->data, (size_t)capacity);
+  uint8_t *data = tw_resize(out->data, (size_t)capacity);
   if (!data) return false;
   out->data = data;
   out->capacity = (size_t)capacity;
@@ -272,11 +272,13 @@ static tw_status decode_frames(ZSTD_DStream *stream, api_bytes bytes, sink *out,
 }
 
 static tw_status decode_zstd(api_bytes bytes, sink *out, tw_error *error) {
-  ZSTD_DStream *stream = ZSTD_createDStream();
+  const uint64_t window = 1 << API_ZSTD_WINDOW_LOG; /* libzstd allocates it */
+  ZSTD_DStream *stream = tw_meter_take(window) ? ZSTD_createDStream() : NULL;
   if (!stream) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   ZSTD_DCtx_setParameter(stream, ZSTD_d_windowLogMax, API_ZSTD_WINDOW_LOG);
   tw_status status = decode_frames(stream, bytes, out, error);
   ZSTD_freeDStream(stream);
+  tw_meter_give_back(window);
   return status;
 }
 
@@ -286,10 +288,10 @@ tw_status api_decode(api_coding coding, api_bytes bytes, uint64_t limit, uint8_t
   tw_status status =
       coding == API_CODING_GZIP ? decode_gzip(bytes, &decoded, error) : decode_zstd(bytes, &decoded, error);
   if (status != TW_OK) {
-    free(decoded.data);
+    tw_free(decoded.data);
     return status;
   }
-  uint8_t *cut = realloc(decoded.data, decoded.size ? decoded.size : 1);
+  uint8_t *cut = tw_resize(decoded.data, decoded.size ? decoded.size : 1);
   *out = cut ? cut : decoded.data;
   *size = decoded.size;
   return TW_OK;
@@ -304,6 +306,6 @@ bool api_decodes_to(api_coding coding, api_bytes bytes, const char *beginning) {
   else
     decode_zstd(bytes, &first, &unread);
   bool is_same = first.size >= size && memcmp(first.data, beginning, size) == 0;
-  free(first.data);
+  tw_free(first.data);
   return is_same;
 }

@@ -113,7 +113,7 @@ uint64_t api_reading_cost(api_upload_type type, api_coding coding, uint64_t size
 }
 
 void api_upload_deinit(api_upload *upload) {
-  free(upload->decoded);
+  tw_free(upload->decoded);
   *upload = (api_upload){0};
 }
 
@@ -160,7 +160,7 @@ static api_outcome join_files(api_call *call, const api_form *form, api_upload *
   upload->name = gltf->name;
   upload->bytes = glb ? (api_bytes){glb, size} : (api_bytes){gltf->bytes, gltf->size};
   if (glb) {
-    free(upload->decoded);
+    tw_free(upload->decoded);
     upload->decoded = glb;
   }
   return warn_of_unused(call, form);

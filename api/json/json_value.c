@@ -65,7 +65,7 @@ tw_status api_json_no_memory(const api_json *json) {
 
 /* The text of an object with its arrays and objects emptied, and where these stand in the document. */
 typedef struct flat_object {
-  char *text; /* malloc'ed */
+  char *text; /* of tw_resize: a member may be a text of any length */
   size_t size, capacity;
   const char *containers[MEMBERS_MAX]; /* of each member; NULL for a member of another kind */
 } flat_object;
@@ -73,7 +73,7 @@ typedef struct flat_object {
 static bool add_flat(flat_object *flat, const char *text, size_t size) {
   if (flat->capacity - flat->size < size) {
     size_t capacity = flat->size + size < 128 ? 256 : 2 * (flat->size + size);
-    char *grown = realloc(flat->text, capacity);
+    char *grown = tw_resize(flat->text, capacity);
     if (!grown) return false;
     flat->text = grown;
     flat->capacity = capacity;
@@ -123,7 +123,7 @@ static tw_status parse_object(api_value *value, const char *object, const char *
   flat.size = flat.capacity = 0;
   tw_status status = flatten(value, object, &flat, end);
   cJSON *tree = status == TW_OK ? cJSON_ParseWithLengthOpts(flat.text, flat.size, NULL, false) : NULL;
-  free(flat.text);
+  tw_free(flat.text);
   if (status != TW_OK) return status;
   /* The text is valid JSON: only memory can be missing. */
   if (!tree) return api_json_no_memory(json);

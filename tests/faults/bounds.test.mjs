@@ -3,8 +3,10 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { request } from 'node:http';
+import { connect } from 'node:net';
 import { after, test } from 'node:test';
 import { setTimeout as pause } from 'node:timers/promises';
+import { gzipSync } from 'node:zlib';
 import { Daemon } from '../node/daemon.mjs';
 
 const MIB = 1 << 20;
@@ -204,6 +206,54 @@ for (const [name, [document, tail, body]] of Object.entries(short))
     assert.ok(peak(daemon) < 2 * LIMIT + BESIDE, `${peak(daemon)} bytes`);
     assert.ok(processor(daemon) < SECONDS, `${processor(daemon)} s`);
   });
+
+// Bodies of which nothing large is kept: what is read of them, unpacked and mapped is held to the limit as well.
+const filler = (mib) => 'A'.repeat(mib * MIB);
+const blanks = (mib) => Buffer.alloc(mib * MIB, ' ');
+const padded = (mib) => Buffer.concat([Buffer.from('{'), blanks(mib), Buffer.from('}')]);
+const form = (...files) =>
+  Buffer.concat([
+    ...files.flatMap(([name, bytes]) => [`--x\r\nContent-Disposition: form-data; name="f"; filename="${name}"\r\n\r\n`, bytes, '\r\n']).map((part) => Buffer.from(part)),
+    Buffer.from('--x--\r\n'),
+  ]);
+const bulky = {
+  'a long name in tweend JSON': [() => `{"meshes":[{"name":"${filler(100)}"}]}`, 422],
+  'a long name in glTF': [() => `{"asset":{"version":"2.0"},"nodes":[{"name":"${filler(60)}"}]}`, 422, { 'Content-Type': 'model/gltf+json' }],
+  'long extras in glTF': [() => `{"asset":{"version":"2.0"},"extras":"${filler(60)}"}`, 422, { 'Content-Type': 'model/gltf+json' }],
+  'blanks in tweend JSON': [() => padded(160), 201],
+  'blanks in gzip': [() => gzipSync(padded(160)), 422, { 'Content-Encoding': 'gzip' }],
+  'a glTF and a file of its own': [
+    () => form(['a.gltf', `{"asset":{"version":"2.0"},"buffers":[{"uri":"b.bin","byteLength":${60 * MIB}}]}`], ['b.bin', blanks(60)]),
+    201,
+    { 'Content-Type': 'multipart/form-data; boundary=x' },
+  ],
+};
+for (const [name, [body, status, headers]] of Object.entries(bulky))
+  test(`${name}: resident memory stays under the limit`, async (t) => {
+    const daemon = await startDaemon('--max-memory', '64MiB');
+    const answer = await fetch(`${daemon.url}/v1/models`, { method: 'POST', headers: { 'Content-Type': 'application/json', ...headers }, body: body() });
+    const { detail } = await answer.json();
+    t.diagnostic(`${answer.status} ${detail}, ${peak(daemon)} bytes`);
+    assert.equal(answer.status, status);
+    assert.ok(peak(daemon) < 64 * MIB + BESIDE, `${peak(daemon)} bytes`);
+  });
+
+test('bodies that arrive slowly hold a part of the limit, and are answered when they are there', async (t) => {
+  const daemon = await startDaemon('--max-memory', '64MiB', '--min-rate', '0', '--queue', '400');
+  const { hostname, port } = new URL(daemon.url);
+  const body = `{"rotations":[{"quaternion":[0,0,0,1]}]${' '.repeat(900000)}}`;
+  const head = `POST /v1/rotations HTTP/1.1\r\nHost: ${hostname}\r\nContent-Type: application/json\r\nContent-Length: ${body.length}\r\n\r\n`;
+  const sockets = repeat(300, () => connect(Number(port), hostname));
+  const answers = sockets.map((socket) => new Promise((resolve) => socket.on('error', resolve).once('data', (data) => resolve(data.toString('latin1', 0, 12)))));
+  for (const socket of sockets) await new Promise((resolve) => socket.write(head + body.slice(0, -1), resolve));
+  for (let tries = 0; tries < 500 && (await figure(daemon, 'tweend_spool_bytes')) < 200e6; tries++) await pause(20);
+  t.diagnostic(`${peak(daemon)} bytes`);
+  assert.ok((await figure(daemon, 'tweend_memory_bytes{kind="body"}')) < 16 * MIB);
+  for (const socket of sockets) socket.write('}');
+  assert.deepEqual([...new Set(await Promise.all(answers))], ['HTTP/1.1 200']);
+  for (const socket of sockets) socket.destroy();
+  assert.ok(peak(daemon) < 64 * MIB + BESIDE, `${peak(daemon)} bytes`);
+});
 
 // Processor time that a request takes after its client has left: the loops of readers, welding and edits look.
 const long = (() => {

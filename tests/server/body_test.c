@@ -79,6 +79,29 @@ static srv_body_status append(srv_body *body, size_t size) {
   return status;
 }
 
+/* The first buffer of a body is its own; what others have leaves the second one no room. */
+TEST(bodies_go_to_files_early_while_others_fill_the_memory) {
+  srv_spool spool = {.folder = "/tmp", .memory_limit = MEBIBYTE};
+  srv_body large, small;
+  api_bytes view;
+  srv_body_init(&large, MEBIBYTE, &spool);
+  srv_body_init(&small, MEBIBYTE, &spool);
+  assert_int_equal(append(&large, MEBIBYTE), SRV_BODY_OK);
+  assert_int_equal(append(&small, 16384), SRV_BODY_OK);
+  assert_false(large.spooled || small.spooled);
+  assert_int_equal(spool.memory, MEBIBYTE + 16384);
+  assert_int_equal(append(&small, 1), SRV_BODY_OK);
+  assert_true(small.spooled);
+  assert_int_equal(spool.memory, MEBIBYTE);
+  assert_int_equal(spool.used, 16385);
+  assert_int_equal(srv_body_view(&small, &view), SRV_BODY_OK);
+  assert_int_equal(view.size, 16385);
+  srv_body_deinit(&large);
+  srv_body_deinit(&small);
+  assert_int_equal(spool.memory, 0);
+  assert_int_equal(spool.used, 0);
+}
+
 TEST(short_bodies_take_nothing_of_the_spool) {
   srv_spool spool = {.folder = "/tmp", .limit = 1};
   srv_body body;

@@ -4,6 +4,7 @@
 // buffer and byteOffset of bufferViews and of their meshopt extensions; all else is copied as it is. Names of
 // files are compared, nothing is opened.
 #include "gltf/document.hpp"
+#include "gltf/reserve.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -350,6 +351,7 @@ tw_status tw_gltf_bundle(const uint8_t *bytes, size_t size, tw_named_file *files
                          tw_error *error) {
   const tw_json_rules rules = {json_values, false};
   *out = nullptr;
+  gltf::Reserve reserve; // stays empty: it has what C++ allocates charged to the meter
   try {
     gltf::Budget budget(UINT64_MAX);   // the JSON does not grow by more than its numbers
     gltf::Outline passed_over(budget); // stands in the bundle as well, and is told when that is read

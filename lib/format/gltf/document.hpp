@@ -87,20 +87,6 @@ private:
   uint64_t bytes_;
 };
 
-// Charges memory that others allocate to the meter of the work, for a while.
-class Charge {
-public:
-  explicit Charge(uint64_t bytes) : bytes_(bytes) {
-    if (!tw_meter_take(bytes_)) throw std::bad_alloc();
-  }
-  Charge(const Charge &) = delete;
-  Charge &operator=(const Charge &) = delete;
-  ~Charge() { tw_meter_give_back(bytes_); }
-
-private:
-  uint64_t bytes_;
-};
-
 // Charges steps of work. Throws bad_alloc where the result is not wanted any more, of which the meter tells.
 inline void work(uint64_t steps) {
   if (!tw_work(steps)) throw std::bad_alloc();
@@ -117,15 +103,15 @@ template <typename T> struct Counted {
   template <typename U> Counted(const Counted<U> &other) : budget(other.budget) {}
   T *allocate(size_t count) {
     budget->take(count * sizeof(T));
-    if (!tw_meter_take(count * sizeof(T))) {
+    try {
+      return std::allocator<T>().allocate(count);
+    } catch (...) {
       budget->give(count * sizeof(T));
-      throw std::bad_alloc();
+      throw;
     }
-    return std::allocator<T>().allocate(count);
   }
   void deallocate(T *memory, size_t count) {
     std::allocator<T>().deallocate(memory, count);
-    tw_meter_give_back(count * sizeof(T));
     budget->give(count * sizeof(T));
   }
   template <typename U> bool operator==(const Counted<U> &other) const { return budget == other.budget; }

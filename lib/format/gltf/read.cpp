@@ -46,7 +46,6 @@ void parse(Document &document) {
   document.budget.take(outline.model_size);
   Hold tree(document.budget, outline.tree_size);
   if (!Reserve::of_thread()->fill(reserve_least + outline.tree_size / reserve_part)) throw std::bad_alloc();
-  Charge parsing(outline.model_size + outline.tree_size);
   bool parsed = parser.LoadASCIIFromString(&document.source, &errors, &warnings, outline.json.data(),
                                            static_cast<unsigned>(outline.json.size()), "");
   if (!parsed) refuse(TW_INVALID, "", parser_message(errors));

@@ -1,4 +1,5 @@
-// operator new and delete of the program: as ever, but with a reserve for the thread that reads a glTF.
+// operator new and delete of the program: as ever, but charged to the meter and with a reserve for the thread
+// that reads a glTF.
 #include "gltf/reserve.hpp"
 
 #include <cstdlib>
@@ -59,9 +60,10 @@ Reserve *Reserve::of_thread() {
 // malloc.
 
 void *operator new(std::size_t size, const std::nothrow_t &) noexcept {
-  void *memory = std::malloc(size > 0 ? size : 1);
   gltf::Reserve *reserve = gltf::Reserve::of_thread();
-  return memory || !reserve ? memory : reserve->take(size);
+  if (!reserve) return std::malloc(size > 0 ? size : 1);
+  void *memory = tw_alloc(size, 1);
+  return memory ? memory : reserve->take(size);
 }
 
 void *operator new(std::size_t size) {
@@ -79,7 +81,10 @@ void *operator new[](std::size_t size) {
 
 void operator delete(void *memory) noexcept {
   const gltf::Reserve *reserve = gltf::Reserve::of_thread();
-  if (!reserve || !reserve->owns(memory)) std::free(memory);
+  if (!reserve)
+    std::free(memory);
+  else if (!reserve->owns(memory))
+    tw_free(memory);
 }
 
 void operator delete(void *memory, std::size_t) noexcept {
