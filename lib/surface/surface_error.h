@@ -86,8 +86,9 @@ typedef struct tw_offset {
   double normal, slide, whole; /* along the face's normal, across it, and its length */
 } tw_offset;
 
+enum { TW_ERROR_LOOKED = 3 }; /* levels of a face that are told apart */
+
 /* What is known of a face whose deeper levels follow from it. */
-enum { TW_ERROR_LOOKED = 3 };
 typedef struct tw_face_measure {
   double errors[TW_ERROR_LOOKED]; /* its distance from the limit on its own level and the next ones; a quarter
                                      of the last one from there on. Below 0: of a face that is open still */
