@@ -164,6 +164,7 @@ tw_status tw_error_cut(const tw_measuring *m, tw_error_part *p) {
   if (count > p->topology.corner_count / 4 * 3) return TW_OK;
   tw_error_part out = {.errors = p->errors,
                        .wholes = p->wholes,
+                       .nexts = p->nexts,
                        .falls = p->falls,
                        .batch_level = p->batch_level,
                        .level = p->level,

@@ -464,9 +464,14 @@ static double slid_deviation(const tw_error_part *p, uint32_t face, const tw_err
                    tw_greater(most->normal + slope * most->slide, rim_deviation(p, face, n, limit, true)));
 }
 
+/* Lowers distances on a face's own level and the next ones by one that these have a quarter of each. */
+static void lower(double error, double errors[TW_ERROR_LOOKED]) {
+  for (int i = 0; i < TW_ERROR_LOOKED; i++, error /= 4) errors[i] = tw_lesser(errors[i], error);
+}
+
 static tw_face_measure measure_patch(const tw_error_part *p, uint32_t face, const tw_error_net *n,
                                      bool limit) {
-  tw_face_measure out = {.fall = 0.25F};
+  tw_face_measure out = {.errors = {INFINITY, INFINITY, INFINITY}};
   double normal[3], step = 0;
   bend bends[KINDS];
   tw_error_normal(p, face, normal);
@@ -475,9 +480,10 @@ static tw_face_measure measure_patch(const tw_error_part *p, uint32_t face, cons
   double slope = tw_dot3(normal, normal) > 0 ? patch_slope(n, normal, &step) : INFINITY;
   if (isfinite(slope) && most.slide <= step / 2)
     slope = tw_greater(slope, tw_error_slope_around(p, face, normal));
-  out.error = out.whole = most.whole;
+  double error = out.whole = most.whole;
   if (isfinite(slope) && most.slide <= step / 2)
-    out.error = tw_lesser(most.whole, slid_deviation(p, face, n, limit, normal, &most, slope));
+    error = tw_lesser(error, slid_deviation(p, face, n, limit, normal, &most, slope));
+  lower(error, out.errors);
   return out;
 }
 
@@ -493,26 +499,179 @@ static tw_face_measure measure_bilinear(const tw_error_part *p, uint32_t face) {
   tw_offset m = tw_offset_split(mixed, normal);
   double cosine = tw_dot3(normal, normal) > 0 ? tw_error_face_cosine(p, face, normal) : 0;
   double error = m.slide > 0 ? tw_lesser(m.whole, m.normal + m.slide * tw_error_slope(cosine)) : m.whole;
-  return (tw_face_measure){.error = error / 4, .whole = m.whole / 4, .usual = INFINITY, .fall = 0.25F};
+  return (tw_face_measure){
+      .errors = {error / 4, error / 16, error / 64}, .whole = m.whole / 4, .usual = INFINITY};
 }
 
 tw_face_measure tw_error_of_patch(const tw_measuring *m, const tw_error_part *p, uint32_t face) {
   tw_error_net n;
   if (m->rules.linear && tw_face_size(&p->topology, face) == 4) return measure_bilinear(p, face);
-  if (m->rules.loop || m->rules.linear || !find_net(p, face, &n)) return (tw_face_measure){.error = -1};
+  if (m->rules.loop || m->rules.linear || !find_net(p, face, &n)) return (tw_face_measure){.errors = {-1}};
   return measure_patch(p, face, &n, m->options->limit);
+}
+
+/* The greatest slope of what points of a face slide over, of which `slope` is that of the faces around;
+ * INFINITY where they may lie beyond these. What is at most `enough` is looked at no further. */
+static double find_slope(const tw_error_net *n, const double normal[3], double slope, const tw_offset *most,
+                         double enough) {
+  if (!isfinite(slope) || !stays_around(n, normal)) return INFINITY;
+  double allowed = (enough - most->normal) / most->slide;
+  return tw_greater(slope, closer_slope(n, normal, tw_greater(slope, allowed)));
+}
+
+/* ---- limit points all over a face ----------------------------------------------------------------
+ *
+ * Where points slide far, the slope around is much to charge for the whole slide. Limit points all over a
+ * face are compared with the triangle that each comes from, so that only what leaves that triangle is
+ * charged, as for pieces in error_sums.c: triangles of limit points lie over one triangle of the face each,
+ * whichever way that is cut, and the limit surface is as near to these as second differences say. That is no
+ * guess about points between, so the sum is a bound, of both ways. It tells of one level alone. */
+
+enum { PARTS = 4 }; /* of a face's side */
+
+/* Limit points of a patch, [v][u]. */
+static void find_limits(const tw_error_net *n, double out[PARTS + 1][PARTS + 1][3]) {
+  double shares[PARTS + 1][4]; /* of control points, at each part of a side */
+  for (int i = 0; i <= PARTS; i++) {
+    double t = (double)i / PARTS, s = 1 - t;
+    shares[i][0] = s * s * s / 6;
+    shares[i][1] = (3 * t * t * t - 6 * t * t + 4) / 6;
+    shares[i][2] = (3 * s * s * s - 6 * s * s + 4) / 6;
+    shares[i][3] = t * t * t / 6;
+  }
+  for (int u = 0; u <= PARTS; u++) {
+    double line[4][3];
+    const double *by = shares[u];
+    for (int v = 0; v < 4; v++)
+      for (int c = 0; c < 3; c++)
+        line[v][c] = by[0] * n->points[v][0][c] + by[1] * n->points[v][1][c] + by[2] * n->points[v][2][c] +
+                     by[3] * n->points[v][3][c];
+    for (int v = 0; v <= PARTS; v++)
+      for (int c = 0; c < 3; c++)
+        out[v][u][c] = shares[v][0] * line[0][c] + shares[v][1] * line[1][c] + shares[v][2] * line[2][c] +
+                       shares[v][3] * line[3][c];
+  }
+}
+
+/* Where a limit point lies over its face. */
+static uint8_t place_at(int u, int v) {
+  const bool is_on[4] = {v == 0, u == PARTS, v == PARTS, u == 0},
+             is_in[4] = {u >= v, u <= v, u + v >= PARTS, u + v <= PARTS};
+  uint32_t bits = 0;
+  for (int i = 0; i < 4; i++)
+    bits |= (is_on[i] ? (uint32_t)TW_ERROR_ON_EDGE << i : 0) |
+            (is_in[i] ? (uint32_t)TW_ERROR_IN_TRIANGLE << i : 0);
+  return (uint8_t)bits;
+}
+
+/* The least cosine between a normal and those of the triangles at the corners of one of a net's nine quads.
+ */
+static double quad_cosine(const tw_error_net *n, int v, int u, const double normal[3]) {
+  const double *quad[4] = {n->points[v][u], n->points[v][u + 1], n->points[v + 1][u + 1],
+                           n->points[v + 1][u]};
+  double sides[4][3], across[3], least = 1;
+  for (int i = 0; i < 4; i++) tw_difference3(quad[(i + 1) % 4], quad[i], sides[i]);
+  for (int i = 0; i < 4; i++) {
+    tw_cross3(sides[(i + 3) % 4], sides[i], across);
+    if (tw_unit3(across) > 0) least = tw_lesser(least, tw_dot3(across, normal));
+  }
+  return least;
+}
+
+static float rounded_down(double x) {
+  return (float)(x - 1e-6 * fabs(x));
+}
+
+/* How a face's points may slide over the eight faces around it, which are regular and no rims. Returns the
+ * greatest slope of all these. */
+static double find_frame(const tw_error_net *n, double normal[3], tw_error_frame *out) {
+  static const uint32_t order[4] = {0, 1, 2, 3};
+  static const int first[4][2] = {{0, 0}, {0, 1}, {1, 1}, {1, 0}}, /* of four faces at a corner: v, u */
+      beside[4][2] = {{0, 1}, {1, 2}, {2, 1}, {1, 0}};             /* across an edge */
+  double cosines[3][3], reach = 0, least = 1, face[4][3], side[3];
+  find_face(n, face);
+  tw_corners_normal(face[0], order, 4, normal);
+  for (int v = 0; v < 3; v++)
+    for (int u = 0; u < 3; u++) {
+      cosines[v][u] = quad_cosine(n, v, u, normal);
+      least = tw_lesser(least, cosines[v][u]);
+    }
+  for (int i = 0; i < 4; i++) {
+    int v = first[i][0], u = first[i][1];
+    out->corners[i] = rounded_down(tw_lesser(tw_lesser(cosines[v][u], cosines[v][u + 1]),
+                                             tw_lesser(cosines[v + 1][u], cosines[v + 1][u + 1])));
+    out->edges[i] = rounded_down(tw_lesser(cosines[1][1], cosines[beside[i][0]][beside[i][1]]));
+    tw_difference3(face[(i + 1) % 4], face[i], side);
+    reach += tw_length3(side) / 8;
+  }
+  out->own = rounded_down(cosines[1][1]);
+  out->reach = cosines[1][1] >= TW_LEAST_COSINE ? rounded_down(reach) : 0;
+  return tw_error_slope(least);
+}
+
+/* The distance of a face from its limit. rest: that of the limit from triangles of the face's limit points.
+ */
+static double error_of_limits(const tw_error_net *n, double rest) {
+  tw_error_frame frame;
+  tw_error_base base = {.size = 4, .around = 1, .frame = &frame};
+  double limits[PARTS + 1][PARTS + 1][3], corners[4][3];
+  find_frame(n, base.normal, &frame);
+  find_face(n, corners);
+  find_limits(n, limits);
+  for (int i = 0; i < 4; i++) {
+    base.corners[i] = corners[i];
+    base.around = tw_lesser(base.around, (double)frame.corners[i]);
+  }
+  tw_error_gap gap = tw_error_gap_over(&base);
+  for (int v = 0; v <= PARTS; v++)
+    for (int u = 0; u <= PARTS; u++) tw_error_take_point(&base, &gap, place_at(u, v), limits[v][u]);
+  return gap.size + rest / (PARTS * PARTS);
+}
+
+/* Looks at the limit points of a face, and at those of its children, whose second differences are a quarter.
+ */
+static void look_at_limits(const tw_error_net *n, const double enough[TW_ERROR_LOOKED],
+                           double errors[TW_ERROR_LOOKED]) {
+  tw_error_net quarters[4];
+  double unused, rest = tw_error_of_net(n, true, &unused), most = 0;
+  if (errors[0] > enough[0]) errors[0] = tw_lesser(errors[0], error_of_limits(n, rest));
+  if (errors[1] > enough[1]) {
+    split_net(n, quarters);
+    for (int i = 0; i < 4 && most < errors[1]; i++)
+      most = tw_greater(most, error_of_limits(&quarters[i], rest / 4));
+    errors[1] = tw_lesser(errors[1], most);
+  }
+  for (int i = TW_ERROR_LOOKED - 1; i-- > 0;) errors[i] = tw_greater(errors[i], errors[i + 1]);
 }
 
 void tw_error_look_closely(const tw_error_part *p, uint32_t face, double enough, tw_face_measure *own) {
   tw_error_net n;
   double normal[3];
   tw_error_normal(p, face, normal);
-  double slope = tw_error_slope_around(p, face, normal);
-  if (!isfinite(slope) || !find_net(p, face, &n) || !stays_around(&n, normal)) return;
-  double allowed = (enough - own->offset.normal) / own->offset.slide;
-  slope = tw_greater(slope, closer_slope(&n, normal, tw_greater(slope, allowed)));
-  if (isfinite(slope))
-    own->error = tw_lesser(own->error, slid_deviation(p, face, &n, false, normal, &own->offset, slope));
+  if (!find_net(p, face, &n)) return;
+  double slope = find_slope(&n, normal, tw_error_slope_around(p, face, normal), &own->offset, enough);
+  if (isfinite(slope)) lower(slid_deviation(p, face, &n, false, normal, &own->offset, slope), own->errors);
+}
+
+void tw_error_look_all_over(const tw_error_part *p, uint32_t face, const double enough[TW_ERROR_LOOKED],
+                            tw_face_measure *own) {
+  const uint32_t *quad = p->topology.corner_vertex + tw_face_begin(&p->topology, face);
+  tw_error_net n;
+  bool has_rims = p->is_rim[quad[0]] || p->is_rim[quad[1]] || p->is_rim[quad[2]] || p->is_rim[quad[3]];
+  if (!has_rims && find_net(p, face, &n)) look_at_limits(&n, enough, own->errors);
+}
+
+void tw_error_look_at_net(const tw_error_net *n, const double enough[TW_ERROR_LOOKED],
+                          double errors[TW_ERROR_LOOKED]) {
+  tw_error_frame frame;
+  double normal[3], usual, slope = find_frame(n, normal, &frame);
+  bend bends[KINDS];
+  for (int kind = 0; kind < KINDS; kind++) bends[kind] = find_bend(n, kind, normal);
+  const tw_offset most = deviation(bends, false, normal, &usual);
+  slope = find_slope(n, normal, slope, &most, tw_lesser(enough[0], tw_lesser(4 * enough[1], 16 * enough[2])));
+  lower(most.whole, errors);
+  if (isfinite(slope)) lower(most.normal + slope * most.slide, errors);
+  look_at_limits(n, enough, errors);
 }
 
 /* ---- patches around irregular points ----------------------------------------------------------- */

@@ -382,24 +382,63 @@ static double step_error(const tw_error_wheel *w, const ring *r, const ring *nex
   return most;
 }
 
-/* The distance of the regular faces that the last step made, on their level and on `count` in all. */
-static void take_regular(const tw_error_wheel *w, const ring *r, bool limit, bool graph, double *errors,
-                         uint32_t count) {
+/* A regular face that a step made, and its distance at the same parameters; `hull`: the most that it and its
+ * children have. */
+typedef struct born {
   tw_error_net net;
-  for (uint32_t i = 0; i < 3 * w->valence; i++) {
-    double hull;
+  double error, hull;
+} born;
+
+/* Lists the regular faces that the last step made. farthest_first: in that order. */
+static void list_regular(const tw_error_wheel *w, const ring *r, bool limit, bool graph, bool farthest_first,
+                         born *out, const born **order) {
+  for (uint32_t i = 0, place = 0; i < 3 * w->valence; place = ++i) {
+    born *own = &out[i];
     for (int k = 0; k < 16; k++)
-      memcpy(net.points[k / 4][k % 4], r->control[w->nets[i][k]], sizeof(double[3]));
-    double error = tw_error_of_net(&net, limit, &hull);
-    for (uint32_t k = 0; k < count; k++, error /= 4) {
-      errors[k] = tw_greater(errors[k], graph ? tw_lesser(error, hull) : error);
-      if (error <= hull || !graph) break; /* a quarter from there on */
+      memcpy(own->net.points[k / 4][k % 4], r->control[w->nets[i][k]], sizeof(double[3]));
+    own->error = tw_error_of_net(&own->net, limit, &own->hull);
+    if (!graph) own->hull = INFINITY;
+    for (; farthest_first && place > 0 && order[place - 1]->error < own->error; place--)
+      order[place] = order[place - 1];
+    order[place] = own;
+  }
+}
+
+/* Whether a regular face is farther than some distances on some level. */
+static bool is_farther(const born *b, const double *known, const double *errors, uint32_t count) {
+  double error = b->error;
+  for (uint32_t k = 0; k < count; k++, error /= 4) {
+    double most = tw_greater(known[k], errors[k]);
+    if (tw_lesser(error, b->hull) > most) return true;
+    if (error <= most) return false;
+  }
+  return false;
+}
+
+/* The distance of the regular faces that the last step made, on their level and on `count` in all. */
+static void take_regular(const tw_error_wheel *w, const ring *r, bool limit, bool graph, const double *known,
+                         double *errors, uint32_t count) {
+  born all[3 * VALENCE_MAX];
+  const born *order[3 * VALENCE_MAX];
+  list_regular(w, r, limit, graph, known != NULL, all, order);
+  for (uint32_t i = 0; i < 3 * w->valence; i++) {
+    double error = order[i]->error, each[TW_ERROR_LOOKED] = {error, error / 4, error / 16},
+           enough[TW_ERROR_LOOKED];
+    if (known && is_farther(order[i], known, errors, count)) {
+      for (uint32_t k = 0; k < TW_ERROR_LOOKED; k++)
+        enough[k] = k < count ? tw_greater(known[k], errors[k]) : INFINITY;
+      tw_error_look_at_net(&order[i]->net, enough, each);
+    }
+    for (uint32_t k = 0; k < count; k++) {
+      error = k < TW_ERROR_LOOKED ? each[k] : error / 4;
+      errors[k] = tw_greater(errors[k], tw_lesser(error, order[i]->hull));
+      if (k >= TW_ERROR_LOOKED && error <= order[i]->hull) break; /* a quarter from there on */
     }
   }
 }
 
 uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_t vertex, double enough,
-                          double *out) {
+                          const double *known, double *out) {
   const tw_topology *t = &p->topology;
   uint32_t valence = tw_error_wheel_valence(t, vertex), depth = 0,
            deepest = m->level_max + TW_ERROR_FURTHER_LEVELS - p->level;
@@ -414,7 +453,8 @@ uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_
     step_ring(w, own, m->options->limit, next);
     bool graph = is_graph(w, next);
     steps[depth] = step_error(w, own, next);
-    take_regular(w, next, m->options->limit, graph, regular + depth + 1, TW_ERROR_RING_LEVELS - depth);
+    take_regular(w, next, m->options->limit, graph, known ? known + depth + 1 : NULL, regular + depth + 1,
+                 TW_ERROR_RING_LEVELS - depth);
     rest = hull_of(next, graph);
   }
   out[depth] = rest;

@@ -12,8 +12,8 @@
 enum {
   DEPTH = 3,            /* how many levels deeper a face is compared */
   FACES_AT_ONCE = 1024, /* between two charges of work */
-  ON_EDGE = 1,          /* a bit for each of four edges, from a corner to the next */
-  IN_TRIANGLE = 1 << 4  /* a bit for each triangle of the face: of a quad with each diagonal */
+  ON_EDGE = TW_ERROR_ON_EDGE,
+  IN_TRIANGLE = TW_ERROR_IN_TRIANGLE
 };
 
 /* The corners of a quad's triangles. The first two are on both sides of one diagonal, the others of the
@@ -29,12 +29,9 @@ typedef struct piece {
 /* A face that is compared with its pieces. */
 typedef struct compared {
   const tw_level_errors *levels;
-  uint32_t depth, size;
+  uint32_t depth;
   bool loop;
-  const tw_error_frame *frame;
-  const double *corners[4];
-  double normal[3];
-  double around; /* the least cosine at its corners */
+  tw_error_base base;
 } compared;
 
 static uint32_t size_of(const tw_level_errors *l, uint32_t face) {
@@ -71,43 +68,44 @@ static void nearest_on_triangle(const double *a, const double *b, const double *
 }
 
 /* A point over the inside of a triangle, or beside it: then it slides over the faces around. */
-static void take_inner(const compared *c, tw_error_gap *g, const uint8_t triangle[3], const double *point) {
+static void take_inner(const tw_error_base *b, tw_error_gap *g, const uint8_t triangle[3],
+                       const double *point) {
   double foot[3];
-  nearest_on_triangle(c->corners[triangle[0]], c->corners[triangle[1]], c->corners[triangle[2]], point, foot);
-  tw_error_gap_take(g, point, foot, c->around);
+  nearest_on_triangle(b->corners[triangle[0]], b->corners[triangle[1]], b->corners[triangle[2]], point, foot);
+  tw_error_gap_take(g, point, foot, b->around);
 }
 
-static void take_on_edge(const compared *c, tw_error_gap *g, uint32_t edge, const double *point) {
+static void take_on_edge(const tw_error_base *b, tw_error_gap *g, uint32_t edge, const double *point) {
   double foot[3];
-  tw_error_nearest_on(c->corners[edge], c->corners[(edge + 1) % c->size], point, foot);
-  tw_error_gap_take(g, point, foot, (double)c->frame->edges[edge]);
+  tw_error_nearest_on(b->corners[edge], b->corners[(edge + 1) % b->size], point, foot);
+  tw_error_gap_take(g, point, foot, (double)b->frame->edges[edge]);
 }
 
-static void take_corner(const compared *c, tw_error_gap *g, uint8_t place, const double *point) {
-  double own = (double)c->frame->own, foot[3];
-  for (uint32_t i = 0; i < c->size; i++) {
-    uint32_t before = (i + c->size - 1) % c->size;
+void tw_error_take_point(const tw_error_base *b, tw_error_gap *g, uint8_t place, const double *point) {
+  double own = (double)b->frame->own, foot[3];
+  for (uint32_t i = 0; i < b->size; i++) {
+    uint32_t before = (i + b->size - 1) % b->size;
     if (!(place & ON_EDGE << i)) continue;
     if (place & ON_EDGE << before) {
-      tw_error_gap_take(g, point, c->corners[i], (double)c->frame->corners[i]);
+      tw_error_gap_take(g, point, b->corners[i], (double)b->frame->corners[i]);
       return;
     }
-    if (place & ON_EDGE << (i + 1) % c->size) continue; /* the next corner */
-    take_on_edge(c, g, i, point);
+    if (place & ON_EDGE << (i + 1) % b->size) continue; /* the next corner */
+    take_on_edge(b, g, i, point);
     return;
   }
-  if (c->size == 3) {
-    take_inner(c, g, quad_triangles[0], point);
+  if (b->size == 3) {
+    take_inner(b, g, quad_triangles[0], point);
     return;
   }
   for (uint32_t diagonal = 0; diagonal < 2; diagonal++) {
     uint32_t first = 2 * diagonal;
     bool is_in[2] = {place & IN_TRIANGLE << first, place & IN_TRIANGLE << (first + 1)};
     if (is_in[0] && is_in[1]) {
-      tw_error_nearest_on(c->corners[diagonal], c->corners[diagonal + 2], point, foot);
+      tw_error_nearest_on(b->corners[diagonal], b->corners[diagonal + 2], point, foot);
       tw_error_gap_take(g, point, foot, own);
     } else {
-      take_inner(c, g, quad_triangles[is_in[0] ? first : first + 1], point);
+      take_inner(b, g, quad_triangles[is_in[0] ? first : first + 1], point);
     }
   }
 }
@@ -116,11 +114,11 @@ static void take_corner(const compared *c, tw_error_gap *g, uint8_t place, const
  * as points may slide there, or its own if they do not. */
 static double piece_error(const compared *c, const piece *own) {
   const tw_level_errors *l = &c->levels[own->level];
-  tw_error_gap g = {.normal = {c->normal[0], c->normal[1], c->normal[2]}, .reach = (double)c->frame->reach};
+  tw_error_gap g = tw_error_gap_over(&c->base);
   double beside = 0;
   for (uint32_t i = 0; i < size_of(l, own->face); i++) {
     uint32_t vertex = l->corners[l->begins[own->face] + i];
-    take_corner(c, &g, own->places[i], tw_point_at(l->points, vertex));
+    tw_error_take_point(&c->base, &g, own->places[i], tw_point_at(l->points, vertex));
     beside = tw_greater(beside, l->around[vertex]);
   }
   return g.size + tw_lesser(beside, l->wholes[own->face]);
@@ -167,17 +165,19 @@ static double find_least(const compared *c, const piece *own, double enough) {
 
 static compared start(const tw_level_errors *levels, uint32_t depth, bool loop, uint32_t left, piece *whole) {
   uint32_t face = levels->made[left], begin = levels->begins[face];
-  compared c = {levels, depth, size_of(levels, face), loop, &levels->frames[left], {0}, {0}, 1};
+  compared c = {
+      levels, depth, loop, {.size = size_of(levels, face), .around = 1, .frame = &levels->frames[left]}};
+  tw_error_base *base = &c.base;
   *whole = (piece){.face = face};
-  for (uint32_t i = 0; i < c.size; i++) {
-    c.corners[i] = tw_point_at(levels->points, levels->corners[begin + i]);
-    c.around = tw_lesser(c.around, (double)c.frame->corners[i]);
-    whole->places[i] = (uint8_t)(ON_EDGE << i | ON_EDGE << (i + c.size - 1) % c.size);
+  for (uint32_t i = 0; i < base->size; i++) {
+    base->corners[i] = tw_point_at(levels->points, levels->corners[begin + i]);
+    base->around = tw_lesser(base->around, (double)base->frame->corners[i]);
+    whole->places[i] = (uint8_t)(ON_EDGE << i | ON_EDGE << (i + base->size - 1) % base->size);
     for (uint32_t k = 0; k < 4; k++)
       for (uint32_t j = 0; j < 3; j++)
-        if (c.size == 3 || quad_triangles[k][j] == i) whole->places[i] |= (uint8_t)(IN_TRIANGLE << k);
+        if (base->size == 3 || quad_triangles[k][j] == i) whole->places[i] |= (uint8_t)(IN_TRIANGLE << k);
   }
-  tw_corners_normal(levels->points, levels->corners + begin, c.size, c.normal);
+  tw_corners_normal(levels->points, levels->corners + begin, base->size, base->normal);
   return c;
 }
 

@@ -19,6 +19,10 @@
  * 3. Where these are too many, faces whose only irregular point is smooth are measured once too, by the
  * points of two rows around it (error_rings.c). After two steps no face has a second such point, so those
  * steps are made for a batch of faces at a time, and so are deeper ones that have no room at once.
+ * 4. Where measured faces are far and their children have no room, limit points all over them are compared
+ * with the triangle that each comes from (error_patch.c); so are regular faces around an irregular point,
+ * where they make a ring farther than what is known. Each of these is a bound by itself, so the lesser one
+ * holds.
  *
  * After the last step, what is left follows from the convex hull of the control points around a face, in
  * which all deeper levels and the limit lie, as masks have no negative weights.
@@ -33,6 +37,7 @@
 #include "surface_error.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum {
@@ -42,6 +47,7 @@ enum {
   FACE_WORK = 256,
   RINGS_AT_ONCE = 64,
   RING_WORK = 16384,
+  LOOK_WORK = 65536,
   PARTS_OF_SIZE = 3000000 /* floats round to fewer than this many parts of a coordinate, masks too */
 };
 
@@ -58,11 +64,14 @@ typedef struct findings {
   uint32_t first, last;
 } findings;
 
-/* Takes into account that a measured face is that far from the limit at a level: regular ones are a quarter
- * as far with each step. */
-static void settle_at(findings *found, uint32_t level, double error) {
-  for (; level <= LEVELS_MAX; level++, error /= 4)
+/* Takes into account that a measured face is that far from the limit at a level and at the next ones: it is a
+ * quarter as far with each step after these. */
+static void settle_at(findings *found, uint32_t level, const double errors[TW_ERROR_LOOKED]) {
+  double error = 0;
+  for (uint32_t i = 0; level <= LEVELS_MAX; level++, i++) {
+    error = i < TW_ERROR_LOOKED ? errors[i] : error / 4;
     found->settled[level] = tw_greater(found->settled[level], error);
+  }
 }
 
 /* ---- loops over faces ----------------------------------------------------------------------------- */
@@ -71,17 +80,24 @@ static void settle_at(findings *found, uint32_t level, double error) {
 typedef struct pass {
   const tw_measuring *m;
   tw_error_part *p;
-  enum { PASS_SETTLED, PASS_CLOSELY, PASS_STEP, PASS_REST } kind;
-  const double *next;       /* of steps */
-  const double *radii;      /* of the rest */
-  double *rests;            /* [faces] of open ones */
-  double *steps;            /* [faces] of open ones */
-  tw_error_frame *frames;   /* [faces] of open ones */
-  tw_face_measure *of_face; /* [faces] of open ones */
-  double allowed;           /* what is more is looked at closely */
+  enum { PASS_SETTLED, PASS_CLOSELY, PASS_ALL_OVER, PASS_STEP, PASS_REST } kind;
+  const double *next;              /* of steps */
+  const double *radii;             /* of the rest */
+  double *rests;                   /* [faces] of open ones */
+  double *steps;                   /* [faces] of open ones */
+  tw_error_frame *frames;          /* [faces] of open ones */
+  tw_face_measure *of_face;        /* [faces] of open ones */
+  double allowed[TW_ERROR_LOOKED]; /* what is more is looked at closely */
+  double limit;                    /* faces that are farther are left to their children */
   tw_share *shares[TW_PARALLEL_FOR_PARTS_MAX];
   double most[TW_PARALLEL_FOR_PARTS_MAX];
 } pass;
+
+/* Whether a face's children would tell more. */
+static bool tells_more(const tw_error_part *p, uint32_t face, const tw_face_measure *own, double allowed) {
+  bool is_measured = p->states[face] >= TW_FACE_OPEN && own->errors[0] >= 0 && own->usual < INFINITY;
+  return is_measured && p->states[face] < TW_FACE_LAST && own->errors[0] > allowed;
+}
 
 static double measure_face(pass *s, uint32_t index, uint32_t face) {
   if (s->kind == PASS_STEP) {
@@ -90,9 +106,13 @@ static double measure_face(pass *s, uint32_t index, uint32_t face) {
   }
   if (s->kind == PASS_REST)
     return s->rests[face] = tw_error_of_rest(s->m, s->p, s->radii, face, s->shares[index]);
-  if (s->kind == PASS_CLOSELY) {
+  if (s->kind == PASS_CLOSELY || s->kind == PASS_ALL_OVER) {
     tw_face_measure *own = &s->of_face[face];
-    if (own->error > s->allowed) tw_error_look_closely(s->p, face, s->allowed, own);
+    if (!(own->errors[0] > s->allowed[0])) return 0;
+    if (s->kind == PASS_CLOSELY)
+      tw_error_look_closely(s->p, face, s->allowed[0], own);
+    else if (!tells_more(s->p, face, own, s->limit))
+      tw_error_look_all_over(s->p, face, s->allowed, own);
     return 0;
   }
   s->of_face[face] = tw_error_of_patch(s->m, s->p, face);
@@ -130,12 +150,6 @@ static bool is_too_large(const tw_measuring *m, const tw_error_part *p) {
   return count_children(m, p) > (must ? TW_GENERIC_FACES_MAX : m->faces_max);
 }
 
-/* Whether a face's children would tell more. */
-static bool tells_more(const tw_error_part *p, uint32_t face, const tw_face_measure *own, double allowed) {
-  bool is_measured = p->states[face] >= TW_FACE_OPEN && own->error >= 0;
-  return is_measured && p->states[face] < TW_FACE_LAST && own->error > allowed && own->usual < INFINITY;
-}
-
 /* Raises what is allowed until the faces whose children would tell more have room beside the irregular ones.
  */
 static double leave_room(const tw_measuring *m, const tw_error_part *p, const tw_face_measure *of_face,
@@ -147,7 +161,7 @@ static double leave_room(const tw_measuring *m, const tw_error_part *p, const tw
     for (uint32_t f = 0; f < p->topology.face_count; f++) {
       if (!tells_more(p, f, &of_face[f], allowed)) continue;
       count++;
-      least = tw_lesser(least, of_face[f].error);
+      least = tw_lesser(least, of_face[f].errors[0]);
     }
     if (count * PLACES <= m->faces_max) return allowed;
     allowed = 1.5 * least;
@@ -157,13 +171,13 @@ static double leave_room(const tw_measuring *m, const tw_error_part *p, const tw
 /* Measures the faces whose deeper levels follow from them: these are not open any more, unless their children
  * would tell more of what is the greatest and have room. */
 static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish, findings *found) {
-  const double loose = 1.05;
+  const double loose = 1.05, next = 0.4; /* what the next level has of a distance that falls slowly */
   uint32_t faces = p->topology.face_count;
   pass s = {.m = m,
             .p = p,
             .kind = PASS_SETTLED,
             .of_face = tw_arena_alloc_raw(p->arena, faces, sizeof *s.of_face)};
-  double usual, others, most = 0;
+  double usual, others;
   if (!s.of_face) return TW_NO_MEMORY;
   tw_status status = run(&s, &usual);
   if (status != TW_OK) return status;
@@ -171,32 +185,40 @@ static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_
   double allowed = tw_greater(loose * tw_greater(usual, others), wish->enough / SMALL_PART);
   if (!m->rules.linear && !m->options->limit) { /* how far faces around limit points reach is not known */
     s.kind = PASS_CLOSELY;
-    s.allowed = allowed;
+    s.allowed[0] = allowed;
+    for (int i = 1; i < TW_ERROR_LOOKED; i++) s.allowed[i] = next * s.allowed[i - 1];
     status = run(&s, &usual);
     if (status != TW_OK) return status;
   }
-  if (is_too_large(m, p)) allowed = leave_room(m, p, s.of_face, allowed);
+  if (is_too_large(m, p)) {
+    s.limit = allowed = leave_room(m, p, s.of_face, allowed);
+    if (s.kind == PASS_CLOSELY) {
+      s.kind = PASS_ALL_OVER;
+      status = run(&s, &usual);
+    }
+    if (status != TW_OK) return status;
+  }
   for (uint32_t f = 0; f < faces; f++) {
-    if (p->states[f] < TW_FACE_OPEN || s.of_face[f].error < 0) continue;
+    const double *errors = s.of_face[f].errors;
+    if (p->states[f] < TW_FACE_OPEN || errors[0] < 0) continue;
     p->wholes[f] = s.of_face[f].whole;
+    p->errors[f] = errors[0];
+    p->nexts[f] = tw_greater(errors[1], 4 * errors[2]); /* of which deeper levels have quarters */
     if (tells_more(p, f, &s.of_face[f], allowed)) {
-      p->states[f]++;
-      p->errors[f] = s.of_face[f].error; /* which holds where it is given up */
+      p->states[f]++; /* the error holds where it is given up */
       continue;
     }
-    p->errors[f] = s.of_face[f].error;
-    p->falls[f] = s.of_face[f].fall;
-    most = tw_greater(most, p->errors[f]);
+    settle_at(found, p->level, errors);
     p->states[f] = TW_FACE_AROUND;
     p->open_count--;
   }
-  settle_at(found, p->level, most);
   return TW_OK;
 }
 
 /* The open faces around a vertex: how far they are from the limit, on their level and on deeper ones. */
 typedef struct ring {
   uint32_t vertex, count; /* of errors, of which the last one holds on; 0: it is no ring */
+  bool is_close;          /* looked at closely */
   double errors[TW_ERROR_RING_LEVELS];
 } ring;
 
@@ -204,8 +226,21 @@ typedef struct rings_pass {
   const tw_measuring *m;
   const tw_error_part *p;
   double enough;
+  const double *known; /* [TW_ERROR_RING_LEVELS + 1] what is farther is looked at closely; NULL: nothing is */
   ring *rings;
 } rings_pass;
+
+static double error_of(const ring *r, uint32_t step) {
+  return r->errors[step < r->count ? step : r->count - 1];
+}
+
+/* Whether a ring is farther than what is known, on a level that is asked for. */
+static bool is_farther(const rings_pass *s, const ring *r) {
+  bool is = false;
+  for (uint32_t i = 0; i < r->count && s->p->level + i <= s->m->level_max; i++)
+    is |= r->errors[i] > s->known[i];
+  return is;
+}
 
 static void measure_rings(void *context, uint32_t part, uint32_t begin, uint32_t end) {
   rings_pass *s = context;
@@ -213,8 +248,17 @@ static void measure_rings(void *context, uint32_t part, uint32_t begin, uint32_t
   for (uint32_t i = begin; i < end; i++) {
     ring *r = &s->rings[i];
     if ((i - begin) % RINGS_AT_ONCE == 0 && !tw_work((uint64_t)RINGS_AT_ONCE * RING_WORK)) return;
-    r->count = tw_error_of_ring(s->m, s->p, r->vertex, s->enough, r->errors);
+    r->is_close = s->known && is_farther(s, r);
+    if (s->known && !r->is_close) continue;
+    if (r->is_close && !tw_work(LOOK_WORK)) return;
+    r->count = tw_error_of_ring(s->m, s->p, r->vertex, s->enough, s->known, r->errors);
   }
+}
+
+static tw_status run_rings(rings_pass *s, uint32_t count) {
+  tw_parallel_for_run(s->m->parallel, count, RINGS_AT_ONCE, measure_rings, s);
+  tw_status status = tw_parallel_for_status(s->m->parallel);
+  return status == TW_OK ? tw_work_status(NULL) : status;
 }
 
 /* Whether some of a vertex's faces are open, and the points of two rows around it are right: where a part was
@@ -228,19 +272,49 @@ static bool may_be_ring(const tw_error_part *p, uint32_t vertex) {
 }
 
 /* Lists the vertices that may have rings, and measures these. */
-static tw_status find_rings(const tw_measuring *m, const tw_error_part *p, double enough, ring **rings,
-                            uint32_t *count) {
+static tw_status find_rings(rings_pass *s, uint32_t *count) {
+  const tw_error_part *p = s->p;
   *count = 0;
-  tw_status status = tw_error_find_wheels(m, &p->topology);
+  tw_status status = tw_error_find_wheels(s->m, &p->topology);
   for (uint32_t v = 0; v < p->topology.vertex_count; v++) *count += may_be_ring(p, v);
-  rings_pass s = {m, p, enough, tw_arena_alloc_raw(p->arena, *count, sizeof **rings)};
-  *rings = s.rings;
-  if (status != TW_OK || !s.rings) return status == TW_OK ? TW_NO_MEMORY : status;
+  s->rings = tw_arena_alloc_raw(p->arena, *count, sizeof *s->rings);
+  if (status != TW_OK || !s->rings) return status == TW_OK ? TW_NO_MEMORY : status;
   for (uint32_t v = 0, i = 0; v < p->topology.vertex_count; v++)
-    if (may_be_ring(p, v)) s.rings[i++].vertex = v;
-  tw_parallel_for_run(m->parallel, *count, RINGS_AT_ONCE, measure_rings, &s);
-  status = tw_parallel_for_status(m->parallel);
-  return status == TW_OK ? tw_work_status(NULL) : status;
+    if (may_be_ring(p, v)) s->rings[i++].vertex = v;
+  return run_rings(s, *count);
+}
+
+static double distance_of(const ring *r) {
+  return r->count > 0 ? r->errors[0] : 0;
+}
+
+static int farthest_first(const void *a, const void *b) {
+  const ring *first = a, *second = b;
+  double x = distance_of(first), y = distance_of(second);
+  if (x != y) return x < y ? 1 : -1;
+  return first->vertex < second->vertex ? -1 : 1;
+}
+
+/* Looks closely at rings that are farther than what is known, and not than `limit`: the farthest first, in
+ * rounds, as they tell what of others does not matter. */
+static tw_status look_at_rings(rings_pass s, uint32_t count, double limit, const double *settled) {
+  enum { FIRST = 16, SMALL_ONES = 5 }; /* distances of less than this many small ones are not looked at */
+  double known[TW_ERROR_RING_LEVELS + 1];
+  tw_status status = TW_OK;
+  uint32_t levels = LEVELS_MAX + 1 - s.p->level;
+  for (uint32_t l = 0; l <= TW_ERROR_RING_LEVELS; l++)
+    known[l] = l < levels ? tw_greater(settled[l], SMALL_ONES * s.enough) : INFINITY;
+  s.known = known;
+  qsort(s.rings, count, sizeof *s.rings, farthest_first);
+  for (; count > 0 && distance_of(s.rings) > limit; count--) s.rings++;
+  for (uint32_t some = FIRST; count > 0 && status == TW_OK; count -= some, s.rings += some, some *= 2) {
+    some = some < count ? some : count;
+    status = run_rings(&s, some);
+    for (uint32_t i = 0; i < some; i++)
+      for (uint32_t l = 0; s.rings[i].is_close && l < levels; l++)
+        known[l] = tw_greater(known[l], error_of(&s.rings[i], l));
+  }
+  return status;
 }
 
 /* The distance up to which rings are settled: deeper levels, of which there is room for some, tell of the
@@ -261,16 +335,17 @@ static double find_ring_room(const tw_measuring *m, const ring *rings, uint32_t 
 
 static void settle_ring(tw_error_part *p, const ring *r, findings *found) {
   const tw_topology *t = &p->topology;
-  double fall = r->count > 1 ? 0 : 1;
-  for (uint32_t i = 1; i < r->count; i++) fall = tw_greater(fall, r->errors[i] / r->errors[i - 1]);
-  for (uint32_t l = p->level; l <= LEVELS_MAX; l++) {
-    uint32_t i = l - p->level < r->count ? l - p->level : r->count - 1;
-    found->settled[l] = tw_greater(found->settled[l], r->errors[i]);
-  }
+  double next = error_of(r, 1), fall = r->count > 2 && next > 0 ? 0 : 1;
+  for (uint32_t i = 2; i < r->count && next > 0;
+       i++) /* the least that all steps after the first are within */
+    fall = tw_greater(fall, pow(r->errors[i] / next, 1.0 / (i - 1)));
+  for (uint32_t l = p->level; l <= LEVELS_MAX; l++)
+    found->settled[l] = tw_greater(found->settled[l], error_of(r, l - p->level));
   for (uint32_t i = t->fan_offsets[r->vertex]; i < t->fan_offsets[r->vertex + 1]; i++) {
     uint32_t face = tw_corner_face(t, t->fan_corners[i]), made = tw_error_as_made(p, face);
     if (p->states[face] < TW_FACE_OPEN) continue;
     p->errors[made] = r->errors[0];
+    p->nexts[made] = next;
     p->falls[made] = (float)fall + 1e-6F;
     p->states[face] = TW_FACE_AROUND;
     p->open_count--;
@@ -288,11 +363,14 @@ static bool is_known(const ring *r, const findings *found, uint32_t level) {
 /* Measures open faces around one irregular vertex, and settles them: all, or those that are not among the
  * farthest. */
 static tw_status settle_rings(const tw_measuring *m, tw_error_part *p, bool all, findings *found) {
-  ring *rings;
+  rings_pass s = {.m = m, .p = p, .enough = found->small};
   uint32_t count;
-  tw_status status = find_rings(m, p, found->small, &rings, &count);
+  tw_status status = find_rings(&s, &count);
   if (status != TW_OK) return status;
+  ring *rings = s.rings;
   double limit = all ? INFINITY : find_ring_room(m, rings, count);
+  if (!m->options->limit) status = look_at_rings(s, count, limit, found->settled + p->level);
+  if (status != TW_OK) return status;
   for (uint32_t i = 0; i < count; i++) {
     bool settles = rings[i].count > 0 && rings[i].errors[0] <= limit;
     if (settles || is_known(&rings[i], found, p->level)) settle_ring(p, &rings[i], found);
@@ -300,15 +378,19 @@ static tw_status settle_rings(const tw_measuring *m, tw_error_part *p, bool all,
   return TW_OK;
 }
 
+/* Settles a measured face. */
+static void settle_face(tw_error_part *p, uint32_t face, findings *found) {
+  uint32_t made = tw_error_as_made(p, face);
+  settle_at(found, p->level,
+            (const double[TW_ERROR_LOOKED]){p->errors[made], p->nexts[made], p->nexts[made] / 4});
+  p->states[face] = TW_FACE_AROUND;
+  p->open_count--;
+}
+
 /* Settles the measured faces that were left to their children. */
 static void settle_measured(tw_error_part *p, findings *found) {
-  for (uint32_t f = 0; f < p->topology.face_count; f++) {
-    double error = p->errors[tw_error_as_made(p, f)];
-    if (p->states[f] < TW_FACE_OPEN || !(error > 0)) continue;
-    p->states[f] = TW_FACE_AROUND;
-    p->open_count--;
-    settle_at(found, p->level, error);
-  }
+  for (uint32_t f = 0; f < p->topology.face_count; f++)
+    if (p->states[f] >= TW_FACE_OPEN && p->errors[tw_error_as_made(p, f)] > 0) settle_face(p, f, found);
 }
 
 /* Finds what is left of each open face: *rests, in the part's arena. */
@@ -329,17 +411,16 @@ static tw_status find_rests(const tw_measuring *m, tw_error_part *p, double **re
 static void give_up(tw_error_part *p, const double *rests, double limit, findings *found) {
   for (uint32_t f = 0; f < p->topology.face_count; f++) {
     if (p->states[f] < TW_FACE_OPEN || !(rests[f] <= limit)) continue;
-    double *error = &p->errors[tw_error_as_made(p, f)];
-    bool is_measured = *error > 0 && *error <= rests[f];
-    p->states[f] = is_measured ? TW_FACE_AROUND : TW_FACE_GIVEN_UP;
-    p->open_count--;
-    if (!is_measured) *error = rests[f];
-    if (is_measured) {
-      settle_at(found, p->level, *error);
-    } else {
-      p->falls[tw_error_as_made(p, f)] = 1;
-      found->rests[p->level] = tw_greater(found->rests[p->level], *error);
+    uint32_t made = tw_error_as_made(p, f);
+    if (p->errors[made] > 0 && p->errors[made] <= rests[f]) {
+      settle_face(p, f, found);
+      continue;
     }
+    p->errors[made] = p->nexts[made] = rests[f];
+    p->falls[made] = 1;
+    found->rests[p->level] = tw_greater(found->rests[p->level], rests[f]);
+    p->states[f] = TW_FACE_GIVEN_UP;
+    p->open_count--;
   }
 }
 
@@ -430,8 +511,10 @@ static tw_status keep_made(findings *found, tw_error_part *p) {
   kept->wholes = p->wholes = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *p->wholes);
   kept->begins = tw_arena_alloc_raw(found->arena, (size_t)t->face_count + 1, sizeof *kept->begins);
   kept->corners = tw_arena_alloc_raw(found->arena, t->corner_count, sizeof *kept->corners);
+  p->nexts = tw_arena_alloc(found->arena, t->face_count, sizeof *p->nexts);
   p->falls = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *p->falls);
-  if (!p->errors || !p->wholes || !p->falls || !kept->begins || !kept->corners) return TW_NO_MEMORY;
+  if (!p->errors || !p->wholes || !p->nexts || !p->falls || !kept->begins || !kept->corners)
+    return TW_NO_MEMORY;
   for (uint32_t f = 0; f < t->face_count; f++) {
     kept->begins[f] = tw_face_begin(t, f);
     p->wholes[f] = INFINITY;
@@ -461,7 +544,8 @@ static tw_status keep_left(const tw_measuring *m, findings *found, const tw_erro
     kept->children[f + 1] = m->rules.loop ? 4 * f + 4 : kept->children[f] + tw_face_size(t, f);
     for (uint32_t c = kept->children[f]; is_known && c < kept->children[f + 1]; c++) {
       child->falls[c] = p->falls[kept->made[f]];
-      child->errors[c] = tw_greater((double)child->falls[c] * p->errors[kept->made[f]], found->small);
+      child->errors[c] = tw_greater(p->nexts[kept->made[f]], found->small);
+      child->nexts[c] = (double)child->falls[c] * child->errors[c];
     }
   }
   return TW_OK;
@@ -555,8 +639,9 @@ static tw_status measure_batch(const tw_measuring *m, tw_error_part *p, const tw
   for (uint32_t i = 0; status == TW_OK && i < count / size; i++) {
     uint32_t face = corners[(size_t)size * i] / size;
     if (p->states[face] < TW_FACE_OPEN) continue;
-    p->errors[tw_error_as_made(p, face)] = found.levels[p->level].errors[i];
-    p->falls[tw_error_as_made(p, face)] = 1;
+    uint32_t made = tw_error_as_made(p, face);
+    p->errors[made] = p->nexts[made] = found.levels[p->level].errors[i];
+    p->falls[made] = 1;
   }
   tw_arena_destroy(part.arena);
   tw_arena_destroy(found.arena);

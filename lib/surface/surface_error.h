@@ -36,7 +36,8 @@ typedef struct tw_error_part {
   uint32_t *made;      /* [faces] the face of the level as it was made; NULL: the same, as nothing is cut */
   double *errors;      /* [faces of the level as it was made] the distance of each from the limit */
   double *wholes;      /* [the same] as tw_face_measure has them */
-  float *falls;        /* [the same] as tw_face_measure has them; 1: of faces given up */
+  double *nexts;       /* [the same] of measured faces: the same of their children */
+  float *falls;        /* [the same] how much of these the next level has at most, and each after it */
   uint32_t level, open_count;
   uint32_t batch_level; /* at which it began as a batch of faces, whose children are too many to be made at
                            once; 0: it is no batch */
@@ -85,14 +86,15 @@ typedef struct tw_offset {
   double normal, slide, whole; /* along the face's normal, across it, and its length */
 } tw_offset;
 
+enum { TW_ERROR_LOOKED = 3 }; /* levels of a face that are told apart */
+
 /* What is known of a face whose deeper levels follow from it. */
 typedef struct tw_face_measure {
-  double error;     /* its distance from the limit; below 0: of a face that is open still */
-  double whole;     /* the same if nothing slides, from points of the face to those of its own limit */
-  double usual;     /* about what it would be if nothing varied: where `error` is much more, its children tell
-                       more */
+  double errors[TW_ERROR_LOOKED]; /* its distance from the limit on its own level and the next ones; a quarter
+                                     of the last one from there on. Below 0: of a face that is open still */
+  double whole; /* the first if nothing slides, from points of the face to those of its own limit */
+  double usual; /* about what it would be if nothing varied: where it is much more, its children tell more */
   tw_offset offset; /* of a patch: between its points and those of the face at the same parameters */
-  float fall;       /* how much of the error its children have at most */
 } tw_face_measure;
 
 /* Of numbers: unlike fmax and fmin they are no calls. */
@@ -205,9 +207,18 @@ typedef struct tw_error_net {
 
 tw_face_measure tw_error_of_patch(const tw_measuring *m, const tw_error_part *p, uint32_t face);
 
-/* Lowers the distance of a regular face of smooth rules, where it is more than is enough: a closer look,
- * which costs more. The level shows control points, not limit points. */
+/* Lowers the distances of a regular face of smooth rules, where the first is more than is enough: a closer
+ * look, which costs more. The level shows control points, not limit points. */
 void tw_error_look_closely(const tw_error_part *p, uint32_t face, double enough, tw_face_measure *own);
+
+/* The same at limit points all over a face, where its children have no room. enough: on its own level and the
+ * next ones. */
+void tw_error_look_all_over(const tw_error_part *p, uint32_t face, const double enough[TW_ERROR_LOOKED],
+                            tw_face_measure *own);
+
+/* Both for a patch around which nothing is a rim. */
+void tw_error_look_at_net(const tw_error_net *n, const double enough[TW_ERROR_LOOKED],
+                          double errors[TW_ERROR_LOOKED]);
 
 /* The distance of a patch, which its children have a quarter of. *hull: what it and they have at most where
  * all these are graphs, seen along the third axis. */
@@ -224,11 +235,13 @@ uint32_t tw_error_wheel_valence(const tw_topology *t, uint32_t vertex);
 
 /* The distances of the faces around an irregular vertex from the limit: at out[0] on their own level, then on
  * the deeper ones. Returns how many of these were found; deeper levels are no farther than the last one.
- * enough: what is less is looked at no further. 0: the vertex is regular, or not alone; faces have no second
- * irregular one otherwise. out: [TW_ERROR_RING_LEVELS] */
+ * enough: what is less is looked at no further. known: [TW_ERROR_RING_LEVELS + 1] distances from the same
+ * level on: what is more is looked at closely, by what surfaces show control points; NULL: nothing is. 0: the
+ * vertex is regular, or not alone; faces have no second irregular one otherwise. out: [TW_ERROR_RING_LEVELS]
+ */
 enum { TW_ERROR_RING_LEVELS = TW_LEVEL_MAX + TW_ERROR_FURTHER_LEVELS + 1 };
 uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_t vertex, double enough,
-                          double *out);
+                          const double *known, double *out);
 
 /* ---- other faces: error_steps.c ----------------------------------------------------------------- */
 
@@ -251,6 +264,28 @@ void tw_error_nearest_on(const double *a, const double *b, const double *to, dou
 /* The distance between a quad and its children. next: points of these around the quad, from its first corner
  * on, and the middle. slope: the greatest around, seen along the normal. */
 double tw_error_of_quad(double own[4][3], double next[9][3], const double normal[3], double slope);
+
+/* A face of three or four corners, and points of a finer surface over it. */
+typedef struct tw_error_base {
+  uint32_t size;
+  const double *corners[4];
+  double normal[3], around; /* the least cosine at its corners */
+  const tw_error_frame *frame;
+} tw_error_base;
+
+static inline tw_error_gap tw_error_gap_over(const tw_error_base *b) {
+  return (tw_error_gap){.normal = {b->normal[0], b->normal[1], b->normal[2]},
+                        .reach = (double)b->frame->reach};
+}
+
+/* Where a point of the finer surface lies over a face: bits. */
+enum {
+  TW_ERROR_ON_EDGE = 1,         /* one for each of four edges, from a corner to the next */
+  TW_ERROR_IN_TRIANGLE = 1 << 4 /* one for each triangle of the face: of a quad 0 1 2, 0 2 3, 1 2 3, 0 1 3 */
+};
+
+/* Takes a point of the finer surface into account (error_sums.c). */
+void tw_error_take_point(const tw_error_base *b, tw_error_gap *g, uint8_t place, const double *point);
 
 /* The distance between a face and its children. next: the points shown on the next level. frame: of faces of
  * three or four corners. */

@@ -150,8 +150,8 @@ uint32_t depth_of(const Cage &cage) {
 
 // The limit surface as OpenSubdiv has it some levels deeper: triangles of its limit points, without hidden
 // faces.
-std::vector<triangle> limit_of(const Cage &cage, tw_surface_options options) {
-  options.level = depth_of(cage);
+std::vector<triangle> limit_of(const Cage &cage, tw_surface_options options, uint32_t depth) {
+  options.level = depth;
   options.limit = true;
   options.normals = false;
   const Oracle oracle(cage, options);
@@ -248,7 +248,7 @@ void compare(const Cage &cage, tw_surface_options options, std::mt19937 &random,
     all.failure = cage.name + ": " + error.detail;
     return;
   }
-  const triangle_grid limit(limit_of(cage, options));
+  const triangle_grid limit(limit_of(cage, options, depth));
   if (limit.triangles.empty()) return;
   all.cages++;
   double found[LEVELS + 1];
@@ -296,6 +296,62 @@ void compare(const Cage &cage, tw_surface_options options, std::mt19937 &random,
 
 int tests = 0, failures = 0;
 
+// A torus of triangles, some quads of which are cut along the other diagonal, with its points moved:
+// irregular throughout, as scans are.
+Cage noisy_scan(double noise, std::mt19937 &random) {
+  const int ALONG = 20, ROUND = 8;
+  std::uniform_real_distribution<double> moved(-noise, noise);
+  Cage cage;
+  cage.name = "noisy scan";
+  for (int i = 0; i < ALONG * ROUND; i++) {
+    double along = 2 * M_PI * (i / ROUND) / ALONG, round = 2 * M_PI * (i % ROUND) / ROUND,
+           width = 1 + moved(random), radius = 3 + width * std::cos(round);
+    for (double x : {radius * std::cos(along), radius * std::sin(along), width * std::sin(round)})
+      cage.points.push_back(static_cast<float>(x));
+  }
+  for (int i = 0; i < ALONG * ROUND; i++) {
+    int after = (i / ROUND + 1) % ALONG * ROUND, up = (i % ROUND + 1) % ROUND;
+    std::array<int, 4> quad = {i, after + i % ROUND, after + up, i / ROUND * ROUND + up};
+    std::rotate(quad.begin(), quad.begin() + static_cast<int>(random() % 2), quad.end());
+    cage.faces.push_back({quad[0], quad[1], quad[2]});
+    cage.faces.push_back({quad[0], quad[2], quad[3]});
+  }
+  return cage;
+}
+
+// Whether a scan's bounds hold, and are at most twice the greatest distance of all triangles' corners, edges
+// and middles. There is no room for all levels around its irregular points.
+void scan(double noise, std::mt19937 &random) {
+  const uint32_t DEEPER = 2, DEEPEST = 2, ROOM = 2048;
+  const Cage cage = noisy_scan(noise, random);
+  CageView view(cage);
+  tw_surface_options options{};
+  tw_error error{};
+  double told[DEEPEST + 1], loosest = 0;
+  const tw_error_wish wish = {DEEPEST, 1e-4, ROOM};
+  std::string failure;
+  if (tw_surface_errors(&view.mesh, &options, &wish, nullptr, told, &error) != TW_OK) failure = error.detail;
+  for (options.level = 0; options.level <= DEEPEST && failure.empty(); options.level++) {
+    tw_surface *surface;
+    if (tw_surface_create(&view.mesh, &options, &surface, &error) != TW_OK) break;
+    const triangle_grid limit(limit_of(cage, options, options.level + DEEPER));
+    double found = 0;
+    for (const triangle &t : triangles_of(surface, 0))
+      for (const point &p : {t[0], along(t[0], t[1], 0.5), along(t[1], t[2], 0.5),
+                             along(along(t[0], t[1], 0.5), t[2], 1. / 3)})
+        found = std::max(found, limit.distance(p));
+    tw_surface_destroy(surface);
+    loosest = std::max(loosest, told[options.level] / found);
+    std::printf("# level %u: told %.6g, found %.6g\n", options.level, told[options.level], found);
+    if (found > told[options.level] + 1e-6) failure = "a level is farther from the limit than its bound";
+    if (told[options.level] > 2 * found) failure = "a bound is more than twice what is found";
+  }
+  std::printf("%sok %d - a scan with noise of %g is told within twice its distance\n# loosest %.2f\n",
+              failure.empty() ? "" : "not ", ++tests, noise, loosest);
+  if (!failure.empty()) std::printf("# %s\n", failure.c_str());
+  failures += !failure.empty();
+}
+
 // least_near: the share of choices, in percent, that must be the least level or one above. Where a cage folds
 // back on itself, touches itself or has fins, points may not slide, and bounds are up to five times what is
 // found.
@@ -342,6 +398,7 @@ int main() {
     report("nor are random cages" + suffix, by_chance, sanitized ? 0 : limit ? 90 : 95);
     report("nor is Loop's scheme" + suffix, triangles, sanitized ? 0 : limit ? 95 : 98);
   }
+  if (!sanitized) scan(0.05, random);
   tally planted;
   compare(cube(), {}, random, 0.5, planted);
   std::printf("%sok %d - half of a bound is found to be too little\n", planted.failure.empty() ? "not " : "",

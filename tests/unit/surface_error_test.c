@@ -158,6 +158,34 @@ TEST(noisy_scans_with_holes_need_no_room_for_all_levels_at_once) {
   free(c);
 }
 
+/* A torus of triangles, cut either way, with noise of a third of an edge on its points: irregular throughout.
+ */
+TEST(noisy_scans_are_told_as_closely_without_room_as_with_it) {
+  enum { ALONG = 40, ROUND = 14 };
+  const tw_error_wish roomy = {.level_max = LEVELS - 1, .enough = 1e-4, .faces_max = 1 << 24},
+                      tight = {.level_max = LEVELS - 1, .enough = 1e-4, .faces_max = 1 << 14};
+  const tw_surface_options options = {0};
+  double errors[2][LEVELS];
+  cage *c = new_cage_for(ALONG * ROUND, 2 * ALONG * ROUND);
+  for (uint32_t i = 0; i < ALONG * ROUND; i++) {
+    float along = 6.2831853F / ALONG * (float)(i / ROUND), round = 6.2831853F / ROUND * (float)(i % ROUND),
+          width = 1 + 0.15F * noise(i), radius = 3 + width * cosf(round);
+    add_point(c, radius * cosf(along), radius * sinf(along), width * sinf(round));
+  }
+  for (uint32_t i = 0; i < ALONG * ROUND; i++) {
+    uint32_t row = i / ROUND * ROUND, after = (i / ROUND + 1) % ALONG * ROUND, up = (i + 1) % ROUND;
+    const uint32_t quad[4] = {i, after + i % ROUND, after + up, row + up};
+    const uint32_t turned[4] = {quad[1], quad[2], quad[3], quad[0]};
+    add_quad(c, noise(11 * i) > 0 ? turned : quad, true);
+  }
+  assert_int_equal(tw_surface_errors(&c->mesh, &options, &roomy, NULL, errors[0], NULL), TW_OK);
+  assert_int_equal(tw_surface_errors(&c->mesh, &options, &tight, NULL, errors[1], NULL), TW_OK);
+  for (int level = 0; level <= 4; level++)
+    if (!(errors[1][level] < 1.4 * errors[0][level]))
+      fail_msg("level %d: %g, %g with room", level, errors[1][level], errors[0][level]);
+  free(c);
+}
+
 TEST(each_level_is_nearer_and_deep_ones_four_times) {
   static const tw_surface_options options[] = {
       {0}, {.limit = true}, {.boundary = TW_BOUNDARY_EDGE_ONLY}, {.creasing = TW_CREASE_CHAIKIN}};
