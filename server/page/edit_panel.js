@@ -145,7 +145,7 @@ export class EditPanel {
     const isText = model.format === 'tweend' && model.bytes < DOCUMENT_MOST;
     try {
       const document = isText ? JSON.parse(await (await download(tweend.sourceUrl(model))).blob.text()) : null;
-      const kept = state('from') ? JSON.parse(state('edits')) : [];
+      const kept = state('from') ? JSON.parse(state('edits') || '[]') : [];
       if (this.model !== model || state('tab') !== 'edit') return;
       Object.assign(this, { document, kept });
     } catch (error) {
@@ -161,7 +161,7 @@ export class EditPanel {
 
   /** The index of the edited mesh. */
   get mesh() {
-    return Math.min(Number(state('mesh')) || 0, this.model.meshes.length - 1);
+    return Math.min(Number(state('mesh')), this.model.meshes.length - 1);
   }
 
   showEdits() {

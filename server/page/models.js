@@ -32,10 +32,10 @@ export class Models {
     this.listed = [];
     this.known = new Promise((resolve) => (this.onKnown = resolve)); // until the models could be listed once
     this.onDrop = async () => false; // whether a stored model goes onto the shown one, in place of being opened
-    this.uploads = new Uploads(async (model) => {
+    this.uploads = new Uploads(async (model, isFirst) => {
       this.lineages.add(model.id);
       await this.load();
-      return this.onDrop(model);
+      if (!(await this.onDrop(model)) && isFirst) openOther(model.id);
     });
     this.warnings = make('div', { role: 'status' });
     this.search = make('input', { type: 'search', placeholder: 'Search', 'aria-label': 'Search models', hidden: true, oninput: () => this.show() });

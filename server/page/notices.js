@@ -27,19 +27,24 @@ export const mayPass = (error) => isUnanswered(error) || error.status >= 500 || 
 
 const isAbort = (error) => error?.name === 'AbortError';
 
-/** Shows an error until it is closed. about: what failed. again(), if given, tries once more. */
+/** Shows words below a title, until they are closed. */
+export function tell(title, ...content) {
+  const close = make('button', { className: 'close', 'aria-label': 'Close', onclick: () => notice.remove() }, '×');
+  const notice = make('div', { className: 'notice' }, close, make('h2', {}, title), ...content);
+  const list = byId('notices');
+  if (list.children.length > 2) list.firstChild.remove();
+  list.append(notice);
+  return notice;
+}
+
+/** Shows an error. about: what failed. again(), if given, tries once more. */
 export function fail(about, error, again) {
   if (isAbort(error)) return;
   const retry = () => {
     notice.remove();
     again();
   };
-  const close = make('button', { className: 'close', 'aria-label': 'Close', onclick: () => notice.remove() }, '×');
-  const notice = make('div', { className: 'notice' }, close, make('h2', {}, about), ...explain(error),
-    ...(again && mayPass(error) ? [make('button', { className: 'small again', onclick: retry }, 'Try again')] : []));
-  const list = byId('notices');
-  if (list.children.length > 2) list.firstChild.remove();
-  list.append(notice);
+  const notice = tell(about, ...explain(error), ...(again && mayPass(error) ? [make('button', { className: 'small again', onclick: retry }, 'Try again')] : []));
 }
 
 watch((names) => {

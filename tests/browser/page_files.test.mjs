@@ -1,6 +1,8 @@
 // The page at /: files as exporters write them, and a list of models that is tidied up.
 import assert from 'node:assert/strict';
 
+import { biped } from '../node/biped.mjs';
+import { mocap } from '../node/mocap.mjs';
 import { ALL_PIXELS, covered, difference, drop, open, PYRAMID } from './page_driver.mjs';
 
 const site = open({ first: 'cube.obj' });
@@ -100,6 +102,33 @@ visits('an OBJ comes without its materials, which is said', {}, async (visit) =>
   await visit.drawn();
   const apart = difference(named, await visit.pixels());
   assert.ok(apart < 0.001, `${apart} of the picture is another`);
+});
+
+visits('of many files the first is opened, the others are listed, which is said', { isAlone: true }, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  const opened = new Set();
+  page.on('request', (request) => /\/surface\.glb/.test(request.url()) && opened.add(/models\/(\w+)/.exec(request.url())[1]));
+  const names = Array.from({ length: 20 }, (_, i) => `part_${i + 10}.obj`);
+  await drop(visit, Object.fromEntries(names.map((name) => [name, `# ${name}\n${PYRAMID}`])));
+  await page.getByText('20 models are stored, and in the list.').waitFor();
+  await shows(visit, names[0]);
+  await visit.level(2);
+  assert.deepEqual([...opened], [await visit.model()]);
+  for (const name of names) assert.equal(await page.locator('.model .name', { hasText: name }).count(), 1, name);
+  await page.goBack();
+  await shows(visit, 'cube.obj');
+});
+
+visits('a character and its clips that are dropped together open as one that plays', {}, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  await page.route('**/v1/models/*', (route) => setTimeout(() => route.continue(), 300)); // it is not open yet when the clip is stored
+  await drop(visit, { 'a_walk.bvh': mocap(30).text, 'figure.gltf': biped({ names: 'mixamo' }) });
+  await shows(visit, 'figure.gltf');
+  await visit.wait(() => /clip=[0-9a-f]{32}/.test(location.hash));
+  await visit.wait(() => document.querySelector('#timeline select').selectedOptions[0]?.text === 'motion (a_walk.bvh)');
+  assert.equal(await visit.text('#subject'), 'figure.gltf');
 });
 
 visits('what the daemon has to say of a model stands above the list', {}, async (visit) => {
