@@ -269,8 +269,8 @@ async function keepThumbnail(id) {
 async function levelInstead({ level, ...options }, { status }, signal) {
   if (level === 0 || [401, 403, 404].includes(status)) return null;
   if (![400, 422].includes(status)) return 0;
-  const highest = await opening.highest(model, options, { signal }).catch(() => 0); // what is wrong with all, their own request says
-  return highest < level ? highest : 0;
+  const highest = await opening.highest(model, options, { signal }).catch(() => null); // nor are the others
+  return highest < level ? highest : null;
 }
 
 /** After a level that cannot be shown: the picture that is there, else another level, else a word. */

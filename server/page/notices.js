@@ -3,7 +3,7 @@ import { TweendError } from '../../api/client/tweend.js';
 
 import { withKey } from './client.js';
 import { byId, make } from './dom.js';
-import { watch } from './state.js';
+import { isStep, watch } from './state.js';
 
 /** Whether an error means that a request got no answer, in the words of browsers. */
 const isUnanswered = (error) => error instanceof TypeError && /fetch|network|load failed|upload failed/i.test(error.message);
@@ -45,10 +45,11 @@ export function fail(about, error, again) {
     again();
   };
   const notice = tell(about, ...explain(error), ...(again && mayPass(error) ? [make('button', { className: 'small again', onclick: retry }, 'Try again')] : []));
+  notice.classList.add('failure');
 }
 
 watch((names) => {
-  if (names.has('model')) for (const button of document.querySelectorAll('.again')) button.remove(); // what failed was asked for another model
+  if (names.has('model')) for (const old of document.querySelectorAll(isStep() ? '.again' : '.failure')) old.remove(); // what failed was asked for another model
 });
 
 /** Runs requests one at a time, as each depends on the answer to the one before. */

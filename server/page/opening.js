@@ -47,10 +47,10 @@ export class Opening {
     }
   }
 
-  /** The highest level that the daemon makes and that is loaded without a question; 0 where there is none. */
+  /** The highest level that the daemon makes and that is loaded without a question; null where there is none. */
   async highest(model, options, init) {
     const all = await this.levels(model, uncompressed(options), init);
-    return all.findLast(({ refused, bytes }) => !refused && !this.isMuch(bytes))?.level ?? 0;
+    return all.findLast(({ refused, bytes }) => !refused && !this.isMuch(bytes))?.level ?? null;
   }
 
   /** A level of the surface: {counts, answer, parsed}. onLoaded() is called before it is parsed. */

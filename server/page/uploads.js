@@ -81,13 +81,17 @@ export class Uploads {
     const isMotion = ({ name }) => MOTIONS.test(name);
     const models = files.filter((file) => !named.includes(file)).sort((a, b) => isMotion(a) - isMotion(b));
     let stored = 0;
-    for (const model of models) {
-      stored += await this.#send(named.length > 0 && isGltf(model) ? [model, ...named] : model, model.name, stored === 0);
-      if (stored > 1) this.said.textContent = `${stored} models are stored, and in the list.`;
+    change({ tab: 'models' });
+    for (const [i, model] of models.entries()) {
+      const end = await this.#send(named.length > 0 && isGltf(model) ? [model, ...named] : model, model.name, stored === 0);
+      if (end === 'stored') stored++;
+      const left = end === 'cancelled' ? models.length - i : 0;
+      this.said.textContent = [stored > 1 && `${stored} models are stored, and in the list.`, left > 1 && `${left} files are not sent.`].filter(Boolean).join(' ');
+      if (left > 0) return;
     }
   }
 
-  /** Resolves with whether it was stored. */
+  /** Resolves with 'stored', 'refused' or 'cancelled'. */
   async #send(source, name, isFirst) {
     const controller = new AbortController();
     const bar = make('progress', { max: 1, value: 0, 'aria-label': `Upload of ${name}` });
@@ -95,7 +99,6 @@ export class Uploads {
     const cancel = make('button', { className: 'small', onclick: () => controller.abort() }, 'Cancel');
     const row = make('div', { className: 'upload' }, make('span', { className: 'name' }, name), said, cancel, bar);
     this.progress.append(row);
-    change({ tab: 'models' });
     const onProgress = (loaded, total) => {
       bar.value = total ? loaded / total : 0;
       said.textContent = loaded < total ? `${bytes(loaded)} of ${bytes(total)}` : 'reading';
@@ -105,17 +108,17 @@ export class Uploads {
       const model = await withKey(() => tweend.upload(source, { name, onProgress, onWait, signal: controller.signal }));
       row.remove();
       await this.onStored(model, isFirst);
-      return true;
+      return 'stored';
     } catch (error) {
       row.remove();
-      if (error.name === 'AbortError') return false;
+      if (error.name === 'AbortError') return 'cancelled';
       const again = () => {
         note.remove();
         this.#send(source, name, true);
       };
       const note = this.note(mayPass(error) ? `${name} could not be sent` : `${name} was refused`, ...explain(error), ...(await linesOf(source, error)),
         mayPass(error) && make('button', { className: 'small', onclick: again }, 'Send again'));
-      return false;
+      return 'refused';
     }
   }
 

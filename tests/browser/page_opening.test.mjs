@@ -339,6 +339,18 @@ test('without WebGL all but the picture works', async () => {
   await visit.end();
 });
 
+visits('in a browser that keeps nothing all works', { first: 'cube.obj', isAlone: true }, async (visit) => {
+  const { page } = visit;
+  await page.addInitScript(() => {
+    for (const name of ['localStorage', 'sessionStorage']) Object.defineProperty(window, name, { get: () => { throw new DOMException('denied', 'SecurityError'); } });
+  });
+  await page.reload();
+  await visit.level(2);
+  await page.getByRole('button', { name: 'Change to the dark theme' }).click();
+  await drop(visit, { 'pyramid.obj': PYRAMID });
+  await visit.wait(() => document.getElementById('subject').textContent === 'pyramid.obj');
+});
+
 visits('a page magnified to 400 %, and a phone held sideways, have a panel that can be read, and all tools', { first: 'cube.obj' }, async (visit) => {
   await visit.level(2);
   const slider = visit.page.getByRole('slider', { name: 'Level' }).first();
