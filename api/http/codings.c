@@ -84,8 +84,7 @@ static bool encode_text(api_call *call) {
   uint8_t *bytes = malloc(answer->bytes.size);
   ZSTD_inBuffer input = {answer->bytes.data, answer->bytes.size, 0};
   ZSTD_outBuffer output = {bytes, answer->bytes.size, 0};
-  bool is_coded =
-      coder_init(&c, call) && bytes && coder_run(&c, &input, &output, FLUSH_END) == CODED_ALL;
+  bool is_coded = coder_init(&c, call) && bytes && coder_run(&c, &input, &output, FLUSH_END) == CODED_ALL;
   coder_deinit(&c);
   uint8_t *fitting = is_coded ? realloc(bytes, output.pos) : NULL;
   if (!is_coded) {
