@@ -6,6 +6,7 @@ const SIZE = 128;        // pixels of the drawing
 const BLUR = 6;
 const WIDE = 1.7;        // times the model's largest extent
 const TRIANGLES_MOST = 1500;
+const STANDS_IN_MOST = 12; // pixels
 const AGAIN_MS = 120;    // a moving model's shadow is drawn so often
 
 export class Floor {
@@ -53,28 +54,31 @@ export class Floor {
     return true;
   }
 
-  /** Adds every so many triangles of a mesh to the path, all turned the same way; larger where some are left out. */
+  /**
+   * Adds every so many triangles of a mesh to the path, all turned the same way. A square somewhere on the triangle stands in
+   * for those that are left out: a larger triangle would reach beyond the model where it is long.
+   */
   #add(mesh, step) {
     const { index, attributes: { position } } = mesh.geometry;
     const { x, z } = this.object.position;
     const scale = SIZE / this.object.scale.x;
     const toPixels = new Matrix4().makeTranslation(SIZE / 2, 0, SIZE / 2).scale(new Vector3(scale, scale, scale))
       .multiply(new Matrix4().makeTranslation(-x, 0, -z)).multiply(mesh.matrixWorld);
-    const grown = Math.sqrt(step);
-    const corners = [new Vector3(), new Vector3(), new Vector3()];
-    const [a, b, c] = corners;
-    const middle = new Vector3();
+    const [a, b, c] = [new Vector3(), new Vector3(), new Vector3()];
     const { count } = index ?? position;
     for (let i = 0; i + 2 < count; i += 3 * step) {
-      corners.forEach((corner, k) => mesh.getVertexPosition(index ? index.getX(i + k) : i + k, corner).applyMatrix4(toPixels));
-      middle.copy(a).add(b).add(c).divideScalar(3);
-      for (const corner of corners) corner.lerpVectors(middle, corner, grown);
-      const isTurned = (b.x - a.x) * (c.z - a.z) - (b.z - a.z) * (c.x - a.x) < 0;
-      const [second, third] = isTurned ? [c, b] : [b, c];
+      [a, b, c].forEach((corner, k) => mesh.getVertexPosition(index ? index.getX(i + k) : i + k, corner).applyMatrix4(toPixels));
+      const twiceArea = (b.x - a.x) * (c.z - a.z) - (b.z - a.z) * (c.x - a.x);
+      const [second, third] = twiceArea < 0 ? [c, b] : [b, c];
       this.context.moveTo(a.x, a.z);
       this.context.lineTo(second.x, second.z);
       this.context.lineTo(third.x, third.z);
       this.context.closePath();
+      if (step === 1) continue;
+      const side = Math.min(Math.sqrt(Math.abs(twiceArea) * step), STANDS_IN_MOST);
+      let [u, v] = [(i * 0.7549) % 1, (i * 0.5698) % 1]; // evenly, from i to i
+      if (u + v > 1) [u, v] = [1 - u, 1 - v];
+      this.context.rect(a.x + u * (b.x - a.x) + v * (c.x - a.x) - side / 2, a.z + u * (b.z - a.z) + v * (c.z - a.z) - side / 2, side, side);
     }
   }
 

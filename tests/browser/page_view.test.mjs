@@ -116,6 +116,25 @@ visits('a dense cage does not hide its surface, and is seen from nearby', { firs
   assert.ok(far < 0.02 && near > 0.05, `${far} of the picture is changed by the cage, ${near} from nearby`);
 });
 
+visits('the shadow is that of the model, whatever its triangles are', { first: 'cube.obj', hash: '#show=surface,floor' }, async (visit) => {
+  const pictures = [];
+  for (const [across, along, faces] of [[1, 2500, '40,000'], [50, 50, '40,000']]) { // strips and squares
+    const points = Array.from({ length: (across + 1) * (along + 1) }, (_, i) => `v ${(i % (across + 1)) / across} 0 ${Math.floor(i / (across + 1)) / along}`);
+    const plate = Array.from({ length: across * along }, (_, i) => {
+      const at = Math.floor(i / across) * (across + 1) + (i % across) + 1;
+      return `f ${at} ${at + across + 1} ${at + across + 2} ${at + 1}`;
+    });
+    await drop(visit, { [`plate${across}.obj`]: [...points, ...plate, ''].join('\n') });
+    await visit.wait(([name, count]) => document.getElementById('subject').textContent === name &&
+      document.getElementById('facts').textContent.includes(`${count} faces`), [`plate${across}.obj`, faces]);
+    await visit.drawn();
+    await visit.picture(`plate${across}`);
+    pictures.push(await visit.pixels());
+  }
+  const apart = difference(...pictures, 12);
+  assert.ok(apart < 0.02 && covered(pictures[0]) > 0.1, `${apart} of the picture differ`);
+});
+
 visits('creases of a glTF are found, and stay on its edges', { ...ALL_PIXELS, hash: '#show=cage&tab=surface' }, async (visit) => {
   await visit.level(2);
   // The sample cube as glTF, its node turned and moved; then the same under a joint that bends it.
