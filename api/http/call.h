@@ -32,6 +32,7 @@ typedef struct api_call {
   char id[API_ID_TEXT]; /* of the model in the path; "" without one */
   const api_offer *offer;
   api_coding coding; /* of the answer; BROTLI: of a page alone */
+  bool is_page;      /* the answer is a page: what few clients ask for, and may take longer to encode */
   api_query query;
   uint32_t warning_count;
   const char *first_warning; /* percent-encoded */

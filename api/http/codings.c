@@ -14,6 +14,7 @@ enum {
   GZIP_LEVEL = 4,
   GZIP_HEAD = 16, /* tells zlib to write a gzip header in place of its own */
   ZSTD_LEVEL = 1,
+  ZSTD_PAGE_LEVEL = 6, /* a sixth shorter in two and a half times the time */
   ZSTD_WINDOW_LOG = 17,
   LEAST = 1024,        /* bytes from which encoding a text pays */
   LIGHT = 64 << 10,    /* bytes that a light call may encode */
@@ -29,11 +30,12 @@ typedef struct coder {
   bool has_gzip;
 } coder;
 
-static bool coder_init(coder *c, api_coding coding) {
+static bool coder_init(coder *c, const api_call *call) {
   *c = (coder){0};
-  if (coding == API_CODING_ZSTD) {
+  if (call->coding == API_CODING_ZSTD) {
+    int level = call->is_page ? ZSTD_PAGE_LEVEL : ZSTD_LEVEL;
     c->zstd = ZSTD_createCCtx();
-    return c->zstd && !ZSTD_isError(ZSTD_CCtx_setParameter(c->zstd, ZSTD_c_compressionLevel, ZSTD_LEVEL)) &&
+    return c->zstd && !ZSTD_isError(ZSTD_CCtx_setParameter(c->zstd, ZSTD_c_compressionLevel, level)) &&
            !ZSTD_isError(ZSTD_CCtx_setParameter(c->zstd, ZSTD_c_windowLog, ZSTD_WINDOW_LOG));
   }
   c->has_gzip =
@@ -82,8 +84,7 @@ static bool encode_text(api_call *call) {
   uint8_t *bytes = tw_alloc(answer->bytes.size, 1);
   ZSTD_inBuffer input = {answer->bytes.data, answer->bytes.size, 0};
   ZSTD_outBuffer output = {bytes, answer->bytes.size, 0};
-  bool is_coded =
-      coder_init(&c, call->coding) && bytes && coder_run(&c, &input, &output, FLUSH_END) == CODED_ALL;
+  bool is_coded = coder_init(&c, call) && bytes && coder_run(&c, &input, &output, FLUSH_END) == CODED_ALL;
   coder_deinit(&c);
   uint8_t *fitting = is_coded ? tw_resize(bytes, output.pos) : NULL;
   if (!is_coded) {
@@ -141,7 +142,7 @@ static void destroy_coded(void *context) {
 
 static bool encode_body(api_call *call) {
   coded_body *body = malloc(sizeof *body);
-  if (!body || !coder_init(&body->coder, call->coding)) {
+  if (!body || !coder_init(&body->coder, call)) {
     if (body) coder_deinit(&body->coder);
     free(body);
     return false;

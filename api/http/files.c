@@ -44,6 +44,7 @@ static api_outcome reply_page(api_call *call, const api_page *page) {
     return api_fail_with(call, 404, "this daemon has no page here: it was built without npm");
   api_coding stored = api_coding_stored(api_call_header(call, "Accept-Encoding"), page->brotli.size > 0);
   if (stored != API_CODING_NONE) call->coding = stored;
+  call->is_page = true;
   if (page->policy) api_answer_header(&call->answer, "Content-Security-Policy", page->policy);
   api_outcome outcome = api_validate_file(call, page->hash);
   if (outcome != API_CONTINUE) return outcome;

@@ -51,7 +51,7 @@ export class Animation {
 
   /** The part of the second clip. */
   get weight() {
-    return this.other ? Math.min(Math.max(Number(state('weight')) || 0, 0), 1) : 0;
+    return this.other ? Number(state('weight')) : 0;
   }
 
   /** Seconds. Blended clips play in one phase, which rises by the weighted mean of theirs. */

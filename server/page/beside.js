@@ -33,7 +33,7 @@ export class Beside {
   }
 
   place() {
-    const part = Math.min(Math.max(Number(state('split')) || 0, 0), 100) / 100;
+    const part = Number(state('split')) / 100;
     this.line.value = part * 100;
     this.sides.style.left = `calc(12px + (100% - 24px) * ${part})`; // centre of the slider's thumb
     this.viewport.setSplit(part);

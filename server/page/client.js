@@ -2,16 +2,17 @@
 import { Tweend, TweendError } from '../../api/client/tweend.js';
 
 import { ask, byId, make } from './dom.js';
+import { ofTab } from './storage.js';
 
 const KEPT = 'tweend-key';
 
 /** The daemon, addressed relative to the page, which may be served below a prefix. */
-export const tweend = new Tweend(new URL('.', document.baseURI).href, { key: sessionStorage.getItem(KEPT) ?? undefined });
+export const tweend = new Tweend(new URL('.', document.baseURI).href, { key: ofTab.getItem(KEPT) ?? undefined });
 
 function keep(key) {
   tweend.key = key || undefined;
-  if (key) sessionStorage.setItem(KEPT, key);
-  else sessionStorage.removeItem(KEPT);
+  if (key) ofTab.setItem(KEPT, key);
+  else ofTab.removeItem(KEPT);
   byId('key').hidden = !key;
 }
 

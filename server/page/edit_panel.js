@@ -59,7 +59,7 @@ export class EditPanel {
       make('h3', {}, 'Edits so far'), this.text,
       make('div', { className: 'row' }, this.use),
       this.curl);
-    this.hint = make('p', { className: 'dim' }, 'Open a model, or make a shape.');
+    this.hint = make('p', { className: 'dim' });
     panel.append(make('h2', {}, 'Edit'), this.hint, this.body);
     this.choose('faces');
     viewport.canvas.addEventListener('keydown', (event) => this.key(event));
@@ -131,6 +131,7 @@ export class EditPanel {
     this.tools.show();
     this.cleaned.textContent = '';
     this.body.hidden = !isStep(); // a step keeps the focus and what is scrolled to
+    this.hint.textContent = 'Open a model, or make a shape.';
     this.hint.hidden = !this.body.hidden;
   }
 
@@ -141,11 +142,15 @@ export class EditPanel {
     this.picker.clear();
     this.picker.hover();
     this.tools.show();
-    if (!this.picker.isOn || model.meshes.length === 0) return;
+    if (!this.picker.isOn) return;
+    if (model.meshes.length === 0) {
+      this.hint.textContent = 'This model has no surface.';
+      return;
+    }
     const isText = model.format === 'tweend' && model.bytes < DOCUMENT_MOST;
     try {
       const document = isText ? JSON.parse(await (await download(tweend.sourceUrl(model))).blob.text()) : null;
-      const kept = state('from') ? JSON.parse(state('edits')) : [];
+      const kept = state('from') ? JSON.parse(state('edits') || '[]') : [];
       if (this.model !== model || state('tab') !== 'edit') return;
       Object.assign(this, { document, kept });
     } catch (error) {
@@ -161,7 +166,7 @@ export class EditPanel {
 
   /** The index of the edited mesh. */
   get mesh() {
-    return Math.min(Number(state('mesh')) || 0, this.model.meshes.length - 1);
+    return Math.min(Number(state('mesh')), this.model.meshes.length - 1);
   }
 
   showEdits() {

@@ -14,8 +14,18 @@ export class Lineages {
   constructor(base, storage = kept) {
     this.#storage = storage;
     this.#key = `tweend ${base}`;
+    this.readAgain();
+  }
+
+  /** Reads what another tab may have written. */
+  readAgain() {
     this.works = this.#read('works', []); // [{name, versions: [{id, at}]}], at: Unix milliseconds
     this.pictures = this.#read('pictures', {}); // by model: a data URL
+  }
+
+  /** Whether a key of the storage is of these. */
+  has(key) {
+    return key === null || key.startsWith(`${this.#key} `);
   }
 
   #read(what, otherwise) {

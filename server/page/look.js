@@ -1,12 +1,12 @@
 // The menu for how the picture looks: light, exposure, turntable, and the picture as a file.
 import { html, render } from 'lit-html';
 
-import { byId, floats, make, saveAs } from './dom.js';
+import { STOPS } from './address.js';
+import { byId, fixed, floats, make, saveAs } from './dom.js';
 import { note, state, watch } from './state.js';
 import { amount, choice, flag } from './templates.js';
 
 const LIGHTS = [['studio', 'Studio'], ['sun', 'Sunlight'], ['overcast', 'Overcast'], ['evening', 'Evening'], ['rim', 'Dark room']];
-const STOPS = 2; // of exposure, either way
 
 export class Look {
   /** viewport: whose look it is. nameOf(): of the file that a picture is saved as. */
@@ -22,13 +22,12 @@ export class Look {
   }
 
   show() {
-    const light = LIGHTS.some(([name]) => name === state('light')) ? state('light') : 'studio';
-    const stops = Math.min(Math.max(Number(state('exposure')) || 0, -STOPS), STOPS);
-    render(html`${choice('Light', 'light', LIGHTS, light)}
-      ${amount('Exposure', 'exposure', [-STOPS, STOPS, 0.1], `${stops > 0 ? '+' : ''}${stops.toFixed(1)}`, stops)}
+    const stops = Number(state('exposure'));
+    render(html`${choice('Light', 'light', LIGHTS)}
+      ${amount('Exposure', 'exposure', [-STOPS, STOPS, 0.1], `${stops > 0 ? '+' : ''}${fixed(stops, 1)}`)}
       ${flag('Turntable', 'turntable')}
       <button type="button" @click=${() => this.save()}>Save picture (PNG)</button>`, this.panel);
-    this.viewport.setLight(light, 2 ** stops);
+    this.viewport.setLight(state('light'), 2 ** stops);
     this.viewport.turn(state('turntable') === 'true');
   }
 

@@ -12,15 +12,15 @@ import { parse } from './glb.js';
 import { showKeys } from './keys.js';
 import { Look } from './look.js';
 import { Models } from './models.js';
-import { busy, fail } from './notices.js';
+import { busy, fail, tell } from './notices.js';
 import { edgesOf, Opening } from './opening.js';
 import { Outliner } from './outliner.js';
 import { OverlayChips } from './overlay_chips.js';
 import { RotationPanel } from './rotation_panel.js';
-import { confirmLarge, ScriptsPanel } from './scripts_panel.js';
+import { confirmLarge, isLarge, ScriptsPanel } from './scripts_panel.js';
 import { SculptPanel } from './sculpt_panel.js';
 import { Splitter } from './splitter.js';
-import { change, isStep, note, openOther, state, SURFACE, surfaceOptions, watch } from './state.js';
+import { change, isStep, leftOut, note, openOther, state, SURFACE, surfaceOptions, watch } from './state.js';
 import { Steps } from './steps.js';
 import { SurfacePanel } from './surface_panel.js';
 import { panes } from './tabs.js';
@@ -76,7 +76,9 @@ const opening = new Opening({
   count: (described, options, init) => withKey(() => tweend.surfaceCounts(described, options, init)),
   load: (described, options, init) => download(tweend.surfaceUrl(described, options), init),
   parse,
+  levels: (described, options, init) => withKey(() => tweend.levels(described, options, init)),
   confirm: (size, level) => confirmLarge(size, `Level ${level}`),
+  isMuch: isLarge,
 });
 let model = null; // description of the shown model
 let loading = null; // controller of the surface's download
@@ -153,6 +155,8 @@ function clear() {
   clipPanel.open([]);
   outliner.open(null);
   sculpt.leave();
+  surface.open(null);
+  scripts.open(null);
   document.title = 'tweend';
   byId('view').setAttribute('aria-label', 'No model');
   delete byId('view').dataset.level;
@@ -224,6 +228,8 @@ async function openModel() {
     timeline.expect(model.clips.length > 0 || state('borrowed') !== ''); // before the first picture, which would be drawn again in another size
     showOverlays();
     models.tell(model);
+    surface.open(model);
+    scripts.open(model);
   } catch (error) {
     if (state('model') !== id || loading !== controller) return;
     fail('The model cannot be opened', error, openModel);
@@ -258,12 +264,22 @@ async function keepThumbnail(id) {
   else models.keepPicture(id, await viewport.picture(THUMBNAIL));
 }
 
-/** After a level that was refused, cancelled or broken: the picture that is there, else the control mesh, else a word. */
-function goBack(level, { status }) {
+/** The level to show in place of one that was refused, cancelled or broken: the highest that there is, else the control mesh;
+ *  null where not even that can be. */
+async function levelInstead({ level, ...options }, { status }, signal) {
+  if (level === 0 || [401, 403, 404].includes(status)) return null;
+  if (![400, 422].includes(status)) return 0;
+  const highest = await opening.highest(model, options, { signal }).catch(() => null); // nor are the others
+  return highest < level ? highest : null;
+}
+
+/** After a level that cannot be shown: the picture that is there, else another level, else a word. */
+function goBack(instead) {
   if (shown) return change(shown);
-  if (level > 0 && ![401, 403, 404].includes(status)) return change({ level: 0 });
+  if (instead !== null) return change({ level: instead });
   viewport.clearModel();
   if (!viewport.cage) sayBlank('Nothing is shown', again);
+  return undefined;
 }
 
 async function openSurface() {
@@ -296,8 +312,11 @@ async function openSurface() {
     byId('view').dataset.level = options.level;
   } catch (error) {
     if (loading !== controller) return; // another took its place
-    fail(`Level ${options.level} cannot be shown`, error, () => (state('level') === String(options.level) ? openSurface() : change({ level: options.level })));
-    goBack(options.level, error);
+    const instead = shown ? null : await levelInstead(options, error, signal);
+    if (loading !== controller) return;
+    fail(`Level ${options.level} cannot be shown${instead ? `, level ${instead} is` : ''}`, error,
+      () => (state('level') === String(options.level) ? openSurface() : change({ level: options.level })));
+    goBack(instead);
   } finally {
     task.done();
   }
@@ -347,7 +366,10 @@ async function openClip() {
 
 /** A dropped file of nothing but clips plays on the character that is shown. */
 models.onDrop = async (dropped) => {
-  if (!model || !isMotion(dropped) || !isCharacter(model)) return false;
+  const id = state('model');
+  if (!id || !isMotion(dropped)) return false;
+  const on = model ?? (await withKey(() => tweend.describe(id)).catch(() => null)); // it may be opening still
+  if (state('model') !== id || !on || !isCharacter(on)) return false;
   change({ borrowed: [...new Set([...borrowed(), dropped.id])].join(','), clip: `${dropped.id}/${dropped.clips[0].name}`, t: 0, tab: 'animation' });
   return true;
 };
@@ -381,9 +403,15 @@ addEventListener('keydown', (event) => {
   event.preventDefault();
 });
 
+/** Says what the address has that means nothing. */
+function sayLeftOut() {
+  if (leftOut().length > 0) tell('Left out of the address', make('p', {}, `${leftOut().join(', ')}: there is no such value.`));
+}
+addEventListener('hashchange', sayLeftOut);
+
 showTheme();
 showOverlays();
-scripts.show();
+sayLeftOut();
 if (state('model')) openModel();
 if (state('beside')) beside.open();
 models.load();

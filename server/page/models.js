@@ -32,10 +32,10 @@ export class Models {
     this.listed = [];
     this.known = new Promise((resolve) => (this.onKnown = resolve)); // until the models could be listed once
     this.onDrop = async () => false; // whether a stored model goes onto the shown one, in place of being opened
-    this.uploads = new Uploads(async (model) => {
+    this.uploads = new Uploads(async (model, isFirst) => {
       this.lineages.add(model.id);
       await this.load();
-      return this.onDrop(model);
+      if (!(await this.onDrop(model)) && isFirst) openOther(model.id);
     });
     this.warnings = make('div', { role: 'status' });
     this.search = make('input', { type: 'search', placeholder: 'Search', 'aria-label': 'Search models', hidden: true, oninput: () => this.show() });
@@ -46,7 +46,12 @@ export class Models {
       make('div', { className: 'row' }, make('h2', {}, 'Models'), make('span', { className: 'space' }), this.uploads.button, this.uploads.input),
       make('p', { className: 'dim' }, 'Drop files or a folder anywhere: GLB, glTF with its files, OBJ, STL, PLY, BVH, VRM, tweend JSON.'),
       this.uploads.progress, this.warnings, this.search, this.gone, this.list, this.more);
-    addEventListener('pagehide', () => this.finishRemoval());
+    addEventListener('pagehide', () => this.finishRemoval(true));
+    addEventListener('storage', ({ key }) => { // another tab has stored, renamed, deleted or drawn a model
+      if (!this.lineages.has(key)) return;
+      this.lineages.readAgain();
+      this.load();
+    });
     watch((names) => {
       if (names.has('model')) render(nothing, this.warnings);
       if (names.has('model') || names.has('tab')) this.show();
@@ -143,21 +148,24 @@ export class Models {
     buttons[Math.min(at, buttons.length - 1)]?.focus();
   }
 
-  /** Deletes what was removed, now. */
-  async finishRemoval() {
+  /** Deletes what was removed, now. Other tabs list what is left when the lineages forget it. */
+  async finishRemoval(isLeaving = false) {
     if (!this.removal) return;
     const { ids, name, timer } = this.removal;
     clearTimeout(timer);
     this.removal = null;
     this.listed = this.listed.filter(({ id }) => !ids.includes(id));
-    this.lineages.forget(ids);
     this.gone.replaceChildren();
-    for (const id of ids) {
-      try {
-        await withKey(() => tweend.remove(id, { keepalive: true }));
-      } catch (error) {
-        if (error.status !== 404) fail(`${name} cannot be deleted`, error); // a version may have gone before
-      }
+    const forgotten = Promise.all(ids.map((id) => this.#delete(id, name))); // all at once: none would be sent once the page is left
+    if (!isLeaving) await forgotten;
+    this.lineages.forget(ids);
+  }
+
+  async #delete(id, name) {
+    try {
+      await withKey(() => tweend.remove(id, { keepalive: true }));
+    } catch (error) {
+      if (error.status !== 404) fail(`${name} cannot be deleted`, error); // a version may have gone before
     }
   }
 

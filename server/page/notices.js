@@ -3,7 +3,7 @@ import { TweendError } from '../../api/client/tweend.js';
 
 import { withKey } from './client.js';
 import { byId, make } from './dom.js';
-import { watch } from './state.js';
+import { isStep, watch } from './state.js';
 
 /** Whether an error means that a request got no answer, in the words of browsers. */
 const isUnanswered = (error) => error instanceof TypeError && /fetch|network|load failed|upload failed/i.test(error.message);
@@ -27,23 +27,29 @@ export const mayPass = (error) => isUnanswered(error) || error.status >= 500 || 
 
 const isAbort = (error) => error?.name === 'AbortError';
 
-/** Shows an error until it is closed. about: what failed. again(), if given, tries once more. */
+/** Shows words below a title, until they are closed. */
+export function tell(title, ...content) {
+  const close = make('button', { className: 'close', 'aria-label': 'Close', onclick: () => notice.remove() }, '×');
+  const notice = make('div', { className: 'notice' }, close, make('h2', {}, title), ...content);
+  const list = byId('notices');
+  if (list.children.length > 2) list.firstChild.remove();
+  list.append(notice);
+  return notice;
+}
+
+/** Shows an error. about: what failed. again(), if given, tries once more. */
 export function fail(about, error, again) {
   if (isAbort(error)) return;
   const retry = () => {
     notice.remove();
     again();
   };
-  const close = make('button', { className: 'close', 'aria-label': 'Close', onclick: () => notice.remove() }, '×');
-  const notice = make('div', { className: 'notice' }, close, make('h2', {}, about), ...explain(error),
-    ...(again && mayPass(error) ? [make('button', { className: 'small again', onclick: retry }, 'Try again')] : []));
-  const list = byId('notices');
-  if (list.children.length > 2) list.firstChild.remove();
-  list.append(notice);
+  const notice = tell(about, ...explain(error), ...(again && mayPass(error) ? [make('button', { className: 'small again', onclick: retry }, 'Try again')] : []));
+  notice.classList.add('failure');
 }
 
 watch((names) => {
-  if (names.has('model')) for (const button of document.querySelectorAll('.again')) button.remove(); // what failed was asked for another model
+  if (names.has('model')) for (const old of document.querySelectorAll(isStep() ? '.again' : '.failure')) old.remove(); // what failed was asked for another model
 });
 
 /** Runs requests one at a time, as each depends on the answer to the one before. */

@@ -21,9 +21,10 @@ const uncompressed = (options) => (options.encoding === 'meshopt' ? { ...options
 
 export class Opening {
   /** count(model, options, {signal}), load(model, options, {signal, onProgress}) and parse(bytes, {isCage}) are for a surface as GLB;
-   *  confirm(bytes, level) asks whether so much is wanted. */
-  constructor({ count, load, parse, confirm }) {
-    Object.assign(this, { count, load, parse, confirm, counted: null });
+   *  levels(model, options, {signal}) tells the counts of all, and which are refused; confirm(bytes, level) asks whether so much is
+   *  wanted, isMuch(bytes) whether it would. */
+  constructor({ count, load, parse, levels, confirm, isMuch }) {
+    Object.assign(this, { count, load, parse, levels, confirm, isMuch, counted: null });
   }
 
   /** The counts of a level; those that choosing it told already are not asked for again. */
@@ -44,6 +45,12 @@ export class Opening {
       if (error.status === undefined) throw error;
       return firstLevel(model); // not all rules tell errors; what is wrong with the surface, its own request says
     }
+  }
+
+  /** The highest level that the daemon makes and that is loaded without a question; null where there is none. */
+  async highest(model, options, init) {
+    const all = await this.levels(model, uncompressed(options), init);
+    return all.findLast(({ refused, bytes }) => !refused && !this.isMuch(bytes))?.level ?? null;
   }
 
   /** A level of the surface: {counts, answer, parsed}. onLoaded() is called before it is parsed. */

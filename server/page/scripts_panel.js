@@ -11,9 +11,12 @@ import { codeLine } from './templates.js';
 
 const LARGE = 100e6;
 
-/** Asks the user before loading more than LARGE bytes. */
+/** Whether so many bytes are loaded only after a question. */
+export const isLarge = (size) => (size ?? 0) > LARGE;
+
+/** Asks the user before loading as much. */
 export async function confirmLarge(size, what) {
-  if (size === null || size === undefined || size <= LARGE) return true;
+  if (!isLarge(size)) return true;
   return Boolean(await ask({
     title: `${bytes(size)} to load`,
     content: [make('p', {}, `${what} has ${bytes(size)}. A browser may run out of memory with it.`)],
@@ -23,21 +26,25 @@ export async function confirmLarge(size, what) {
 
 export class ScriptsPanel {
   constructor(panel, { animation, surface }) {
-    Object.assign(this, { animation, surface });
+    Object.assign(this, { animation, surface, model: null });
     this.content = make('div');
     panel.append(make('h2', {}, 'For scripts'), this.content);
     this.whole = byId('download');
     this.whole.addEventListener('click', (event) => this.save(event, this.whole.href, this.whole.download, `glb ${state('encoding')}`));
-    watch(() => {
-      if (state('tab') === 'scripts') this.show();
-      this.offer();
-    });
+    watch(() => this.open(this.model));
+    this.open(null);
+  }
+
+  /** Offers the requests of a model; null: there is none, or it has gone. */
+  open(model) {
+    this.model = model;
+    if (state('tab') === 'scripts') this.show();
     this.offer();
   }
 
   /** Offers what is shown as a file. */
   offer() {
-    const id = state('model');
+    const id = this.model?.id;
     this.whole.hidden = !id;
     if (id) Object.assign(this.whole, { href: tweend.surfaceUrl(id, { ...surfaceOptions(), ...this.clipped, download: 1 }), download: `${id.slice(0, 8)}.glb`, title: `Level ${state('level')} as GLB` });
   }
@@ -52,14 +59,14 @@ export class ScriptsPanel {
   get snippet() {
     const { level, ...options } = surfaceOptions();
     const { clip, ...more } = this.clipped;
-    const given = Object.entries({ model: state('model'), level, clip, options: new URLSearchParams({ ...options, ...more }) })
+    const given = Object.entries({ model: this.model.id, level, clip, options: new URLSearchParams({ ...options, ...more }) })
       .filter(([, value]) => String(value ?? '') !== '').map(([name, value]) => `${name}="${String(value).replaceAll('&', '&amp;').replaceAll('"', '&quot;')}"`);
     return `<script type="module" src="${tweend.base}viewer.js"></script>\n<tweend-viewer ${given.join(' ')} auto-rotate></tweend-viewer>`;
   }
 
   /** The requests as [title, URL, what scriptOf takes besides]; module: the same by the daemon's own module. */
   requests() {
-    const id = state('model');
+    const { id } = this.model;
     const options = { ...surfaceOptions(), ...this.clipped };
     const list = [
       ['This surface', tweend.surfaceUrl(id, options), { file: `${id.slice(0, 8)}.glb` }],
@@ -80,9 +87,9 @@ export class ScriptsPanel {
   }
 
   show() {
-    if (!state('model')) return render(html`<p class="dim">Choose a model: its requests are shown here.</p>`, this.content);
+    if (!this.model) return render(html`<p class="dim">Choose a model: its requests are shown here.</p>`, this.content);
     const hasKey = Boolean(tweend.key);
-    const language = LANGUAGES.find((name) => name === state('language')) ?? LANGUAGES[0];
+    const language = state('language');
     const opening = `const { Tweend } = await import('${tweend.base}tweend.js');\nconst tweend = new Tweend(${hasKey ? "undefined, { key: prompt('Key') }" : ''});\n`;
     const request = ([title, url, { module, ...options }]) => html`${codeLine(title, scriptOf(language, url, { ...options, hasKey }))}
       ${module && language === 'JavaScript' ? codeLine(`${title}, on a page`, opening + module) : nothing}`;
@@ -98,7 +105,7 @@ export class ScriptsPanel {
 
   /** What can be downloaded, as [label, URL, name of the file]. */
   downloads() {
-    const id = state('model');
+    const { id } = this.model;
     const options = { ...surfaceOptions(), ...this.clipped };
     const surface = (form, kind) => [`${form} ${kind ?? ''}`.trim(),
       tweend.surfaceUrl(id, { ...options, ...(kind === 'ngon' ? { encoding: 'float', polygons: kind } : { encoding: kind }), download: 1 }, form),
@@ -126,7 +133,7 @@ export class ScriptsPanel {
    *  itself. */
   async save(event, url, name, label) {
     const size = /glb (float|quantized|ngon)|gltf/.test(label) ? this.surface.predicted(state('level')) : null;
-    if (!tweend.key && (size ?? 0) <= LARGE) return;
+    if (!tweend.key && !isLarge(size)) return;
     event.preventDefault();
     if (!(await confirmLarge(size, `This ${label}`))) return;
     const signed = tweend.key ? await this.sign(url) : url;

@@ -1,67 +1,27 @@
 // The state of the page, kept in the URL's fragment, so that a person who is sent the URL sees the same.
+import { defaultsOf, isFit, NAMES, OF_MODEL, OF_PERSON, OF_SURFACE, readAddress } from './address.js';
 import { storage } from './storage.js';
 
-/** What determines the surface of a model: the parameters of its request. */
-const OF_SURFACE = {
-  level: 'auto', // until a model is opened, which chooses one
-  scheme: 'catmull-clark',
-  boundary: 'edge-and-corner',
-  uv: 'corners-only',
-  creases: 'file',
-  quads: 'auto',
-  limit: 'false',
-  details: 'true',
-  encoding: 'float',
-};
-
-/** What else concerns the shown model only. */
-const OF_MODEL = {
-  clip: '',
-  borrowed: '', // ids of models whose clips are offered too
-  blend: '', // the clip that is blended in
-  weight: '0.5', // of that
-  t: '0',
-  node: '',
-  view: '',
-  mesh: '0',
-  from: '',
-  edits: '',
-  beside: '',
-};
-
-/** What a person likes, whatever is shown: kept in the browser, and in the URL only where that says otherwise. */
-const OF_PERSON = {
-  theme: '',
-  panel: '', // its width; 0: hidden
-  language: 'curl', // of scripts
-};
-
-const DEFAULTS = {
-  tab: 'models',
-  model: '',
-  ...OF_SURFACE,
-  show: '', // what the page finds fit
-  ...OF_MODEL,
-  speed: '1',
-  loop: 'repeat',
-  order: 'XYZ',
-  ghosts: 'off',
-  light: 'studio',
-  exposure: '0',
-  turntable: 'false',
-  split: '50',
-  ...Object.fromEntries(Object.entries(OF_PERSON).map(([name, value]) => [name, storage.getItem(`tweend ${name}`) ?? value])),
-};
+const DEFAULTS = defaultsOf(NAMES);
+for (const name of Object.keys(OF_PERSON)) {
+  const kept = storage.getItem(`tweend ${name}`);
+  if (kept !== null && isFit(name, kept)) DEFAULTS[name] = kept;
+}
 
 /** The names that determine the surface of a model. */
 export const SURFACE = Object.keys(OF_SURFACE);
 
+const OTHER_MODEL = defaultsOf({ ...OF_MODEL, ...OF_SURFACE });
+
 const listeners = new Set();
+let unfit = []; // what the address said last that means nothing, as "name=value"
 let values = read();
+if (unfit.length > 0) write();
 
 function read() {
-  const given = new URLSearchParams(location.hash.slice(1));
-  return Object.fromEntries(Object.entries(DEFAULTS).map(([name, value]) => [name, given.get(name) ?? value]));
+  const said = readAddress(location.hash.slice(1));
+  unfit = said.unfit;
+  return { ...DEFAULTS, ...said.given };
 }
 
 function write() {
@@ -113,7 +73,7 @@ export function step(next) {
 export function openOther(model) {
   const isSame = model === values.model;
   if (values.model && !isSame) history.pushState(null, '', location.href);
-  change({ model, ...OF_MODEL, ...OF_SURFACE });
+  change({ model, ...OTHER_MODEL });
   if (isSame) for (const listener of listeners) listener(new Set(['model']));
 }
 
@@ -128,7 +88,13 @@ export function watch(listener) {
   listeners.add(listener);
 }
 
-addEventListener('hashchange', () => tell(read()));
+addEventListener('hashchange', () => {
+  tell(read());
+  if (unfit.length > 0) write();
+});
+
+/** What was left out of the address, when it was last read. */
+export const leftOut = () => unfit;
 
 let usual = new Set(['surface', 'cage', 'points', 'floor', 'follow']); // what is shown where the address does not say
 

@@ -1,8 +1,11 @@
 // The steps of a lineage of models, edits and strokes alike: each shows the model that it made, and can be undone and
-// done again.
+// done again. The tab keeps them, so that they outlive a reload.
 import { isStep, note, state, step, watch } from './state.js';
+import { ofTab } from './storage.js';
 
 const NAMES = ['model', 'from', 'edits', 'quads', 'beside']; // what a step changes
+const KEPT = 'tweend-steps';
+const KEPT_MOST = 100;
 
 export class Steps {
   #past = [];
@@ -12,11 +15,30 @@ export class Steps {
     this.viewport = viewport;
     this.onChange = () => {};
     this.onStep = () => {}; // called with a model and the one that a new step made from it
+    this.#readKept();
     watch((names) => {
       if (!names.has('model') || isStep()) return;
       [this.#past, this.#future] = [[], []]; // another lineage
       this.onChange();
     });
+  }
+
+  /** Takes up the steps of this tab where the page shows what the last of them left. */
+  #readKept() {
+    try {
+      const { past, now, future } = JSON.parse(ofTab.getItem(KEPT)) ?? {};
+      if (JSON.stringify(now) === JSON.stringify(this.#now())) [this.#past, this.#future] = [past, future];
+    } catch {
+      // another version of the page wrote something else
+    }
+  }
+
+  #keep() {
+    try {
+      ofTab.setItem(KEPT, JSON.stringify({ past: this.#past.slice(-KEPT_MOST), now: this.#now(), future: this.#future.slice(-KEPT_MOST) }));
+    } catch {
+      // the storage is full: the steps are lost when the page is left
+    }
   }
 
   get canUndo() {
@@ -58,6 +80,7 @@ export class Steps {
   #show(next) {
     note('view', this.viewport.view);
     step(next);
+    this.#keep();
     this.onChange();
   }
 }

@@ -1,4 +1,4 @@
-// What the page keeps in the browser from visit to visit.
+// What the page keeps in the browser: from visit to visit, and for as long as a tab is open.
 
 /** A storage that lasts as long as the page, for browsers that keep none. */
 class Memory extends Map {
@@ -9,15 +9,21 @@ class Memory extends Map {
   setItem(key, value) {
     this.set(key, value);
   }
+
+  removeItem(key) {
+    this.delete(key);
+  }
 }
 
-function open() {
+function open(name) {
   try {
-    localStorage.setItem('tweend-tried', '1');
-    return localStorage;
+    const found = globalThis[name];
+    found.setItem('tweend-tried', '1');
+    return found;
   } catch {
     return new Memory();
   }
 }
 
-export const storage = open();
+export const storage = open('localStorage');
+export const ofTab = open('sessionStorage');

@@ -26,11 +26,16 @@ export class SurfacePanel {
     this.slider = this.levelSlider();
     panel.append(make('h2', {}, 'Subdivision'), this.slider, this.content);
     watch((names) => {
-      if (names.has('model')) this.#clear();
       const asked = SURFACE.some((name) => name !== 'level' && names.has(name));
       if (asked || names.has('level')) this.show();
       if (asked || (names.has('tab') && this.isDue)) this.count();
     });
+    this.open(null);
+  }
+
+  /** Shows what is asked of a model; null: there is none, or it has gone. */
+  open(model) {
+    this.model = model;
     this.#clear();
   }
 
@@ -52,7 +57,7 @@ export class SurfacePanel {
   }
 
   #key(level) {
-    return JSON.stringify([state('model'), { ...surfaceOptions(), level: Number(level) }]);
+    return JSON.stringify([this.model?.id, { ...surfaceOptions(), level: Number(level) }]);
   }
 
   /** Records the size and time of a level that was loaded. */
@@ -72,10 +77,10 @@ export class SurfacePanel {
   async count() {
     this.#clear();
     this.isDue = !COUNTED.includes(state('tab'));
-    if (!state('model') || this.isDue) return;
+    if (!this.model || this.isDue) return;
     const { signal } = (this.controller = new AbortController());
     try {
-      this.levels = await withKey(() => tweend.levels(state('model'), { ...surfaceOptions(), level: undefined }, { signal }));
+      this.levels = await withKey(() => tweend.levels(this.model, { ...surfaceOptions(), level: undefined }, { signal }));
     } catch (error) {
       if (signal.aborted) return;
       this.refusal = error.detail ?? error.message;
@@ -99,8 +104,8 @@ export class SurfacePanel {
 
   show() {
     this.#showLevel();
-    this.slider.hidden = !state('model');
-    if (!state('model')) return render(html`<p class="dim">Open a model: what each level of it has is shown here.</p>`, this.content);
+    this.slider.hidden = !this.model;
+    if (!this.model) return render(html`<p class="dim">Open a model: what each level of it has is shown here.</p>`, this.content);
     return render(html`<div class="fields">${CHOICES.map(([name, label, options]) => choice(label, name, options))}</div>
       ${flag('Points on the limit surface', 'limit')}
       <table><caption>What each level has</caption>

@@ -13,8 +13,8 @@ export const flag = (label, name) => html`<label class="check"><input type="chec
   @change=${({ target }) => change({ [name]: target.checked })}><span>${label}</span></label>`;
 
 /** A slider for a name of the state; said: its value in words. */
-export const amount = (label, name, [min, max, step], said, value = state(name)) => html`<div class="slider"><span>${label}</span>
-  <input type="range" min=${min} max=${max} step=${step} aria-label=${label} .value=${String(value)} @input=${({ target }) => change({ [name]: target.value })}>
+export const amount = (label, name, [min, max, step], said) => html`<div class="slider"><span>${label}</span>
+  <input type="range" min=${min} max=${max} step=${step} aria-label=${label} .value=${state(name)} @input=${({ target }) => change({ [name]: target.value })}>
   <output class="value">${said}</output></div>`;
 
 async function copy({ target }, text) {

@@ -2,11 +2,12 @@
 import { tweend, withKey } from './client.js';
 import { byId, bytes, make } from './dom.js';
 import { explain, mayPass } from './notices.js';
-import { change, openOther } from './state.js';
+import { change } from './state.js';
 
 const ASIDES = /\.(mtl|png|jpe?g|webp|tga|bmp|tiff?)$/i; // files that an OBJ refers to
 const GLTF = /\.(glb|gltf|vrma?)$/i;
 const MODELS = /\.(glb|gltf|vrma?|obj|stl|ply|bvh|json)$/i;
+const MOTIONS = /\.(bvh|vrma)$/i; // nothing but clips, for models that come with them or are shown
 const SUFFIXES = '.glb,.gltf,.bin,.png,.jpg,.jpeg,.webp,.vrm,.vrma,.obj,.stl,.ply,.bvh,.json';
 
 /** The files that an entry of a file system is or, as a folder, holds. */
@@ -26,7 +27,7 @@ async function filesIn({ items }) {
 }
 
 export class Uploads {
-  /** onStored(model) is awaited for each model that was stored; if it resolves with true, the model is not opened. */
+  /** onStored(model, isFirst) is awaited for each model that was stored; isFirst: of those that were given with it. */
   constructor(onStored) {
     this.onStored = onStored;
     this.input = make('input', { type: 'file', multiple: true, accept: SUFFIXES, className: 'hidden', tabIndex: -1, 'aria-label': 'Files to upload' });
@@ -35,7 +36,8 @@ export class Uploads {
       this.input.value = '';
     });
     this.button = make('button', { className: 'primary', onclick: () => this.input.click() }, 'Upload');
-    this.progress = make('div', { className: 'uploads' });
+    this.said = make('p', { className: 'dim', role: 'status' });
+    this.progress = make('div', { className: 'uploads' }, this.said);
     byId('empty-choose').addEventListener('click', () => this.input.click());
     this.#catchDrops();
   }
@@ -62,10 +64,11 @@ export class Uploads {
     });
   }
 
-  /** Uploads files as one model each, a glTF together with the files that are no models, which it may name. Leaves out the
-   *  material files of an OBJ. What was said of files before goes. */
-  take(given) {
+  /** Uploads files as one model each, clips for others last, a glTF together with the files that are no models, which it may
+   *  name. Leaves out the material files of an OBJ. What was said of files before goes. */
+  async take(given) {
     for (const note of this.progress.querySelectorAll('.problem')) note.remove();
+    this.said.textContent = '';
     const hasObj = given.some(({ name }) => /\.obj$/i.test(name));
     const isAside = ({ name }) => hasObj && ASIDES.test(name);
     const files = given.filter((file) => !isAside(file));
@@ -75,19 +78,27 @@ export class Uploads {
     }
     const isGltf = ({ name }) => GLTF.test(name);
     const named = files.some(isGltf) ? files.filter(({ name }) => !MODELS.test(name)) : [];
-    const models = files.filter((file) => !named.includes(file));
-    const send = (model) => this.#send(named.length > 0 && isGltf(model) ? [model, ...named] : model, model.name);
-    return models.reduce((before, model) => before.then(() => send(model)), Promise.resolve());
+    const isMotion = ({ name }) => MOTIONS.test(name);
+    const models = files.filter((file) => !named.includes(file)).sort((a, b) => isMotion(a) - isMotion(b));
+    let stored = 0;
+    change({ tab: 'models' });
+    for (const [i, model] of models.entries()) {
+      const end = await this.#send(named.length > 0 && isGltf(model) ? [model, ...named] : model, model.name, stored === 0);
+      if (end === 'stored') stored++;
+      const left = end === 'cancelled' ? models.length - i : 0;
+      this.said.textContent = [stored > 1 && `${stored} models are stored, and in the list.`, left > 1 && `${left} files are not sent.`].filter(Boolean).join(' ');
+      if (left > 0) return;
+    }
   }
 
-  async #send(source, name) {
+  /** Resolves with 'stored', 'refused' or 'cancelled'. */
+  async #send(source, name, isFirst) {
     const controller = new AbortController();
     const bar = make('progress', { max: 1, value: 0, 'aria-label': `Upload of ${name}` });
     const said = make('span', { className: 'dim' }, 'sending');
     const cancel = make('button', { className: 'small', onclick: () => controller.abort() }, 'Cancel');
     const row = make('div', { className: 'upload' }, make('span', { className: 'name' }, name), said, cancel, bar);
     this.progress.append(row);
-    change({ tab: 'models' });
     const onProgress = (loaded, total) => {
       bar.value = total ? loaded / total : 0;
       said.textContent = loaded < total ? `${bytes(loaded)} of ${bytes(total)}` : 'reading';
@@ -96,16 +107,18 @@ export class Uploads {
     try {
       const model = await withKey(() => tweend.upload(source, { name, onProgress, onWait, signal: controller.signal }));
       row.remove();
-      if (!(await this.onStored(model))) openOther(model.id);
+      await this.onStored(model, isFirst);
+      return 'stored';
     } catch (error) {
       row.remove();
-      if (error.name === 'AbortError') return;
+      if (error.name === 'AbortError') return 'cancelled';
       const again = () => {
         note.remove();
-        this.#send(source, name);
+        this.#send(source, name, true);
       };
       const note = this.note(mayPass(error) ? `${name} could not be sent` : `${name} was refused`, ...explain(error), ...(await linesOf(source, error)),
         mayPass(error) && make('button', { className: 'small', onclick: again }, 'Send again'));
+      return 'refused';
     }
   }
 

@@ -581,7 +581,6 @@ export class Viewport {
 
   set view(text) {
     const numbers = text.split(',').map(Number);
-    if (numbers.length !== 6 || !numbers.every(Number.isFinite)) return;
     this.camera.position.set(...numbers.slice(0, 3)).add(this.offset);
     this.controls.target.set(...numbers.slice(3)).add(this.offset);
     this.controls.update();

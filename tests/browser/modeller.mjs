@@ -5,6 +5,21 @@ import { drop } from './page_driver.mjs';
 
 export const VIEW = [4, 3, 6, 0, 0, 0]; // where the camera stands, what it looks at
 
+/** The camera of that view in a picture of so many pixels. */
+export function cameraOf({ width, height }) {
+  const camera = new PerspectiveCamera(35, width / height, 0.01, 100);
+  camera.position.set(...VIEW.slice(0, 3));
+  camera.lookAt(...VIEW.slice(3));
+  camera.updateMatrixWorld();
+  return camera;
+}
+
+/** Where a picture of so many pixels has a place of the world. */
+export function seenAt({ width, height }, place) {
+  const { x, y } = new Vector3(...place).project(cameraOf({ width, height }));
+  return { x: ((x + 1) / 2) * width, y: ((1 - y) / 2) * height };
+}
+
 export class Modeller {
   constructor(visit) {
     this.visit = visit;
@@ -52,13 +67,7 @@ export class Modeller {
 
   /** Where the picture has a place of the world, in pixels. */
   async at(place) {
-    const box = await this.page.locator('#view').boundingBox();
-    const camera = new PerspectiveCamera(35, box.width / box.height, 0.01, 100);
-    camera.position.set(...VIEW.slice(0, 3));
-    camera.lookAt(...VIEW.slice(3));
-    camera.updateMatrixWorld();
-    const { x, y } = new Vector3(...place).project(camera);
-    return { x: ((x + 1) / 2) * box.width, y: ((1 - y) / 2) * box.height };
+    return seenAt(await this.page.locator('#view').boundingBox(), place);
   }
 
   async click(place, modifiers = [], act = 'click') {

@@ -89,6 +89,37 @@ visits('a tank hull is made by clicks from one box', { hash }, async (visit) => 
   await other.end();
 });
 
+visits('steps are undone and done again after the page was loaded anew, on any tab', { hash }, async (visit) => {
+  await visit.level(2);
+  const modeller = new Modeller(visit);
+  const { page } = modeller;
+  await modeller.drop('kept.obj', `# kept\n${PYRAMID}`);
+  const models = [await modeller.id];
+  for (const [edit, place] of [['Extrude', [0, 0.5, 0.66]], ['Inset', null]]) {
+    if (place) await modeller.click(place);
+    await modeller.press(edit);
+    models.push(await modeller.id);
+  }
+  await visit.tab('Sculpt');
+  const goes = async (keys, wanted) => {
+    await page.reload();
+    await visit.level(2);
+    await page.keyboard.press(keys);
+    await visit.wait((id) => location.hash.includes(`model=${id}`), models[wanted]);
+    await visit.level(2);
+  };
+  for (const [keys, wanted] of [['Control+z', 1], ['Control+z', 0], ['Control+Shift+z', 1]]) await goes(keys, wanted);
+  await visit.tab('Edit');
+  await visit.wait(() => document.querySelector('[aria-label=Edits]').value.includes('extrude'));
+  assert.equal((await modeller.edits).length, 1);
+  await visit.tab('Models');
+  await page.locator('.model', { hasText: 'cube.obj' }).click(); // another lineage
+  await visit.wait(() => document.getElementById('subject').textContent === 'cube.obj');
+  await page.reload();
+  await visit.level(2);
+  assert.ok(await page.getByRole('button', { name: 'Undo' }).isHidden());
+});
+
 visits('the picture is not empty between two steps', { hash }, async (visit) => {
   await visit.level(2);
   const modeller = new Modeller(visit);

@@ -1,7 +1,9 @@
 // The page at /: files as exporters write them, and a list of models that is tidied up.
 import assert from 'node:assert/strict';
 
-import { ALL_PIXELS, covered, difference, drop, open, PYRAMID } from './page_driver.mjs';
+import { biped } from '../node/biped.mjs';
+import { mocap } from '../node/mocap.mjs';
+import { ALL_PIXELS, covered, difference, drop, open, PYRAMID, Visit } from './page_driver.mjs';
 
 const site = open({ first: 'cube.obj' });
 const { daemon, visits } = site;
@@ -102,6 +104,33 @@ visits('an OBJ comes without its materials, which is said', {}, async (visit) =>
   assert.ok(apart < 0.001, `${apart} of the picture is another`);
 });
 
+visits('of many files the first is opened, the others are listed, which is said', { isAlone: true }, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  const opened = new Set();
+  page.on('request', (request) => /\/surface\.glb/.test(request.url()) && opened.add(/models\/(\w+)/.exec(request.url())[1]));
+  const names = Array.from({ length: 20 }, (_, i) => `part_${i + 10}.obj`);
+  await drop(visit, Object.fromEntries(names.map((name) => [name, `# ${name}\n${PYRAMID}`])));
+  await page.getByText('20 models are stored, and in the list.').waitFor();
+  await shows(visit, names[0]);
+  await visit.level(2);
+  assert.deepEqual([...opened], [await visit.model()]);
+  for (const name of names) assert.equal(await page.locator('.model .name', { hasText: name }).count(), 1, name);
+  await page.goBack();
+  await shows(visit, 'cube.obj');
+});
+
+visits('a character and its clips that are dropped together open as one that plays', {}, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  await page.route('**/v1/models/*', (route) => setTimeout(() => route.continue(), 300)); // it is not open yet when the clip is stored
+  await drop(visit, { 'a_walk.bvh': mocap(30).text, 'figure.gltf': biped({ names: 'mixamo' }) });
+  await shows(visit, 'figure.gltf');
+  await visit.wait(() => /clip=[0-9a-f]{32}/.test(location.hash));
+  await visit.wait(() => document.querySelector('#timeline select').selectedOptions[0]?.text === 'motion (a_walk.bvh)');
+  assert.equal(await visit.text('#subject'), 'figure.gltf');
+});
+
 visits('what the daemon has to say of a model stands above the list', {}, async (visit) => {
   await visit.level(2);
   await drop(visit, { 'lines.obj': `${PYRAMID}l 1 2\n` });
@@ -144,6 +173,80 @@ visits('models are deleted, and the browser goes back to the one before', {}, as
   for (let waited = 0; waited < 300 && (await stored()); waited++) await page.waitForTimeout(100);
   assert.equal(await stored(), false);
   assert.equal(await remove.count(), 0);
+});
+
+visits('tabs of one browser list the same, by the same names', {}, async (visit) => {
+  await visit.level(2);
+  const other = Object.assign(new Visit(), { page: await visit.page.context().newPage() });
+  await other.page.goto(await visit.address());
+  const rename = async ({ page }, name, to) => {
+    await page.getByRole('button', { name: `Rename ${name}` }).click();
+    await page.getByRole('dialog').getByLabel('Name').fill(to);
+    await page.keyboard.press('Enter');
+  };
+  const entry = ({ page }, name) => page.locator('.model', { hasText: name });
+  await drop(visit, { 'shared.obj': `# shared\n${PYRAMID}` });
+  await shows(visit, 'shared.obj');
+  await entry(other, 'shared.obj').waitFor();
+  await rename(visit, 'cube.obj', 'A cube');
+  await entry(other, 'A cube').waitFor();
+  await rename(other, 'octopus.obj', 'An octopus');
+  await entry(visit, 'An octopus').waitFor();
+  await visit.page.reload();
+  for (const name of ['A cube', 'An octopus']) await entry(visit, name).waitFor();
+  await visit.page.getByRole('button', { name: 'Delete shared.obj' }).click();
+  await entry(other, 'shared.obj').waitFor({ state: 'detached' }); // when the time to undo is over
+});
+
+visits('all versions of a deleted model go when the page is left', { isAlone: true }, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  await drop(visit, { 'left.obj': `# left\n${PYRAMID}` });
+  await shows(visit, 'left.obj');
+  for (const name of ['left.obj, 1 edit', 'left.obj, 2 edits']) {
+    await visit.tab('Edit');
+    await visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
+    await page.getByLabel('Selection').fill('[1]');
+    await page.keyboard.press('Enter');
+    await page.getByRole('button', { name: 'Extrude', exact: true }).click();
+    await shows(visit, name);
+  }
+  const stored = async () => (await (await fetch(`${daemon.url}/v1/models`)).json()).models.filter(({ name }) => name.startsWith('left.obj')).length;
+  assert.equal(await stored(), 3);
+  await visit.tab('Models');
+  await page.getByRole('button', { name: 'Delete left.obj' }).click();
+  await page.goto('about:blank');
+  for (let waited = 0; waited < 100 && (await stored()) > 0; waited++) await page.waitForTimeout(50);
+  assert.equal(await stored(), 0);
+});
+
+visits('a batch of files is called off at once; the tab that was turned to stays', {}, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  let left = 2;
+  await page.route('**/v1/models?name=*', (route) => (left-- > 0 ? route.continue() : undefined)); // the third is never answered
+  await drop(visit, Object.fromEntries([1, 2, 3, 4, 5].map((i) => [`batch_${i}.obj`, `# batch ${i}\n${PYRAMID}`])));
+  await shows(visit, 'batch_1.obj');
+  await visit.tab('Surface');
+  await page.locator('.upload', { hasText: 'batch_3.obj' }).waitFor({ state: 'attached' });
+  assert.equal(await page.getByRole('tab', { name: 'Surface' }).getAttribute('aria-selected'), 'true');
+  await visit.tab('Models');
+  await page.locator('.upload').getByRole('button', { name: 'Cancel' }).click();
+  await page.getByText('2 models are stored, and in the list. 3 files are not sent.').waitFor();
+  assert.equal(await page.locator('.upload').count(), 0);
+});
+
+visits('points without faces are told once, and no longer beside the next model', { refused: [422] }, async (visit) => {
+  await visit.level(2);
+  const { page } = visit;
+  await drop(visit, { 'points.obj': 'v 0 0 0\nv 1 1 1\n' });
+  await page.locator('.notice', { hasText: 'it has no surface' }).waitFor();
+  await page.locator('.empty', { hasText: 'Nothing is shown' }).waitFor();
+  assert.equal(await page.locator('.notice').count(), 1);
+  await drop(visit, { 'faces.obj': `# faces\n${PYRAMID}` });
+  await shows(visit, 'faces.obj');
+  await says(visit, ' faces');
+  assert.equal(await page.locator('.notice').count(), 0);
 });
 
 visits('what is shown is downloaded by one click', { hash: '#tab=edit&level=1&encoding=quantized' }, async (visit) => {

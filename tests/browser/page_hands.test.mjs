@@ -4,6 +4,7 @@ import { readFile } from 'node:fs/promises';
 
 import { Modeller } from './modeller.mjs';
 import { difference, open, PHONE } from './page_driver.mjs';
+import { BY_KEYBOARD, buildShip } from './ship.mjs';
 
 const site = open({ first: 'cube.obj' });
 const { daemon, visits } = site;
@@ -225,44 +226,29 @@ visits('a ship from a box, by keyboard alone', { hash }, async (visit) => {
     await control.focus();
     await page.keyboard.press('Enter');
   };
-  const type = async (label, text) => {
-    await page.getByLabel(label).focus();
-    await page.keyboard.press('Control+A');
-    await page.keyboard.type(text);
-    await page.keyboard.press('Enter');
-  };
   const onPicture = async (...keys) => {
     await page.locator('#view').focus();
     await hand.press(...keys);
   };
-  const applies = (...keys) => hand.opens(() => onPicture(...keys));
-  await hand.opens(async () => {
-    await press(page.getByRole('button', { name: 'New shape' }));
-    await visit.wait(() => document.activeElement.role === 'menuitem');
-    await page.keyboard.press('Enter');
-  });
-  await hand.opens(() => type('Box: size', '1, 1, 3'));
-
-  // A half of it, cut along the middle.
-  await onPicture('2');
-  await type('Selection', '[[0, 1]]');
-  await applies('Control+r', 'Enter');
-  await onPicture('3');
-  await type('Selection', '{"inside": {"min": [-1, -1, -2], "max": [0, 1, 2]}}');
-  await applies('x');
-  await type('Selection', '{"facing": [0, 0, 1]}');
-  await applies('e', '1', 'Enter');
-  await type('Selection', '{"facing": [0, 1, 0]}');
-  await applies('i', '0', '.', '1', 'Enter');
-  await applies('e', '0', '.', '5', 'Enter');
-  await onPicture('2');
-  await type('Selection', '{"sharper_than": 60}');
-  await applies('Shift+E', '3', 'Enter');
-  await press(page.locator('summary', { hasText: 'Edits of the whole mesh' }));
-  await hand.opens(() => press(page.getByRole('button', { name: 'Mirror', exact: true })));
+  const fingers = {
+    opens: (action) => hand.opens(action),
+    enter: (name) => press(page.getByRole('button', { name, exact: true }).or(page.locator('summary', { hasText: name }))),
+    inMenu: async (key) => {
+      await visit.wait(() => document.activeElement.role === 'menuitem');
+      await page.keyboard.press(key);
+    },
+    onPicture,
+    type: async (label, text) => {
+      await page.getByLabel(label).focus();
+      await page.keyboard.press('Control+A');
+      await page.keyboard.type(text);
+      await page.keyboard.press('Enter');
+    },
+  };
+  await buildShip(fingers);
   await visit.picture('ship');
   const keys = { Undo: 'Control+z', Redo: 'Control+Shift+z' };
-  await finishShip(hand, { max: [0.5, 1, 2.5], creases: 30 }, (name) => applies(keys[name]), press);
+  await finishShip(hand, BY_KEYBOARD, (name) => hand.opens(() => onPicture(keys[name])), press);
 });
 
 visits('a ship from a box, by touch alone', { hash, ...PHONE }, async (visit) => {

@@ -10,7 +10,8 @@ import { test } from 'node:test';
 import { biped } from '../node/biped.mjs';
 import { Daemon, root } from '../node/daemon.mjs';
 import { mocap } from '../node/mocap.mjs';
-import { covered, drop, open, PHONE, PYRAMID, Visit } from './page_driver.mjs';
+import { slowWayTo, writeLarge } from './large_file.mjs';
+import { covered, difference, drop, open, PHONE, PYRAMID, Visit } from './page_driver.mjs';
 
 const site = open();
 const { daemon, visits } = site;
@@ -98,20 +99,36 @@ visits('a daemon that is busy is told of, and a file that it puts off is sent ag
   assert.equal(await page.locator('.problem').count(), 0);
 });
 
-visits('a long upload tells how far it is, and can be cancelled', { isAlone: true }, async (visit) => {
-  await visit.level(2);
-  const network = await visit.page.context().newCDPSession(visit.page);
-  await network.send('Network.enable');
-  await network.send('Network.emulateNetworkConditions', { offline: false, latency: 0, downloadThroughput: -1, uploadThroughput: 400000 });
-  await drop(visit, { 'long.obj': PYRAMID + '# nothing\n'.repeat(300000) });
-  await visit.wait(() => document.querySelector('.upload progress')?.value > 0.05);
-  const bar = visit.page.getByRole('progressbar');
-  assert.ok((await bar.evaluate(({ value }) => value)) < 1);
-  assert.match(await visit.text('.upload'), /long\.obj[^]* of 3\.0 MB/);
-  await visit.picture('upload');
-  await visit.page.locator('.upload').getByRole('button', { name: 'Cancel' }).click();
-  await bar.waitFor({ state: 'detached' });
-  assert.equal(await visit.page.locator('.problem').count(), 0);
+test('a file of 200 MB tells how far it is, and leaves nothing when it is cancelled, while it is sent or read', async () => {
+  const file = join(daemon.folder, 'large.obj');
+  const way = await slowWayTo(daemon, 100e6);
+  const stored = () => readdirSync(join(daemon.folder, 'data'), { recursive: true }).sort();
+  try {
+    const size = writeLarge(file);
+    const visit = await Visit.begin(site.browser, `${way.url}/`);
+    const { page } = visit;
+    const row = page.locator('.upload');
+    await visit.level(2);
+    const [before, picture] = [stored(), await visit.pixels()];
+    for (const isSent of [false, true]) {
+      await page.getByLabel('Files to upload').setInputFiles(file);
+      for (const part of isSent ? [1] : [0.1, 0.2, 0.3]) await visit.wait((least) => document.querySelector('.upload progress')?.value >= least, part);
+      await row.getByText(isSent ? 'reading' : new RegExp(`^\\d+ MB of ${Math.round(size / 1e6)} MB$`)).waitFor();
+      if (!isSent) await visit.picture('upload');
+      await row.getByRole('button', { name: 'Cancel' }).click();
+      await row.waitFor({ state: 'detached' });
+      assert.equal(await page.locator('.problem, .notice').count(), 0);
+      assert.equal(await visit.text('#subject'), 'tank.json');
+      assert.ok(difference(picture, await visit.pixels()) < 0.002, 'the picture stays');
+      const isBusy = async () => !/^tweend_http_requests_in_flight 1$/m.test(await (await fetch(`${daemon.url}/metrics`)).text());
+      for (let waited = 0; waited < 300 && (await isBusy()); waited++) await page.waitForTimeout(100);
+      assert.deepEqual(stored(), before);
+    }
+    await visit.end();
+  } finally {
+    way.close();
+    rmSync(file, { force: true });
+  }
 });
 
 visits('a refused file is explained at its place', { refused: [422] }, async (visit) => {

@@ -143,12 +143,46 @@ visits('a level that is refused leaves the picture, the slider and the address o
   assert.match(await visit.text('#facts'), /^Level 2/);
   await visit.drawn();
   assert.ok(covered(await visit.pixels()) > 0.05);
-  // One that opens so falls back to its control mesh.
-  const other = await Visit.begin(site.browser, `${daemon.url}/`, { hash: `#model=${await visit.model()}&level=15&show=surface`, refused: [422] });
-  await other.level(0);
-  assert.equal(await other.page.locator('.notice').count(), 1);
-  assert.ok(covered(await other.pixels()) > 0.05);
-  await other.end();
+});
+
+test('a level that is refused opens as the highest that is allowed, with a word', async () => {
+  const own = new Daemon(['--sample', '--max-level', '3', '--max-faces', '10k']);
+  await own.start();
+  try {
+    const ids = Object.fromEntries((await (await fetch(`${own.url}/v1/models`)).json()).models.map(({ name, id }) => [name, id]));
+    for (const [name, level] of [['cube.obj', 3], ['tank.json', 2]]) {
+      const { levels } = await (await fetch(`${own.url}/v1/models/${ids[name]}/levels.json`)).json();
+      assert.equal(levels.findLast(({ refused }) => !refused).level, level, name);
+      const visit = await Visit.begin(site.browser, `${own.url}/`, { hash: `#model=${ids[name]}&level=15&show=surface`, refused: [422] });
+      await visit.level(level);
+      assert.match(await visit.text('.notice'), new RegExp(`Level 15 cannot be shown, level ${level} is`));
+      assert.equal(await visit.page.locator('.notice').count(), 1);
+      assert.match(await visit.address(), new RegExp(`level=${level}(&|$)`));
+      assert.ok(covered(await visit.pixels()) > 0.02);
+      await visit.end();
+    }
+  } finally {
+    await own.remove();
+  }
+});
+
+visits('what an address says that means nothing is left out, with a word', { first: 'tank.json', hash: '#level=abc&tab=nonsense&scheme=foo&theme=purple&t=x&mesh=-1&weight=7&order=QQQ' }, async (visit) => {
+  const { page } = visit;
+  const notice = page.locator('.notice', { hasText: 'Left out of the address' });
+  const says = async (...all) => {
+    for (const one of all) assert.ok((await notice.last().innerText()).includes(one), one);
+  };
+  await visit.level(2);
+  await says('level=abc', 'tab=nonsense', 'scheme=foo', 'theme=purple', 't=x', 'mesh=-1', 'weight=7', 'order=QQQ');
+  assert.doesNotMatch(await visit.address(), /abc|nonsense|foo|purple|QQQ/);
+  assert.equal(await page.getByRole('tab', { name: 'Models' }).getAttribute('aria-selected'), 'true');
+  await notice.getByRole('button', { name: 'Close' }).click();
+  await page.evaluate(() => (location.hash = location.hash.replace('level=2', 'level=-1&boundary=bar')));
+  await visit.wait(() => document.querySelector('.notice'));
+  await says('level=-1', 'boundary=bar');
+  await visit.level(2);
+  for (const name of ['Edit', 'Rotation', 'Scripts']) await visit.tab(name);
+  assert.equal(await page.locator('.notice').count(), 1);
 });
 
 visits('a first level that is cancelled leaves the control mesh; a model that is gone, a word and a way on', { refused: [404] }, async (visit) => {
@@ -224,6 +258,10 @@ visits('nothing of the former model stays beside one that cannot be opened', { f
   assert.equal(await page.locator('.outliner').count(), 0);
   await visit.tab('Sculpt');
   assert.equal(await panel('sculpt').innerText(), 'Sculpt\n\nOpen a model, or make a shape.');
+  for (const name of ['surface', 'scripts']) {
+    await page.locator(`#tab-${name}`).click();
+    assert.equal(await panel(name).locator('input, button, select, a, pre').and(page.locator(':visible')).count(), 0, name);
+  }
   assert.equal(await page.title(), 'tweend');
   assert.equal(await page.locator('#view').getAttribute('aria-label'), 'No model');
   await blank(visit).getByRole('button', { name: 'Another model' }).click();
@@ -299,6 +337,18 @@ test('without WebGL all but the picture works', async () => {
   await visit.page.locator('#panel-scripts pre').first().waitFor();
   visit.faults = visit.faults.filter((fault) => !/WebGL/.test(fault)); // three.js says so too
   await visit.end();
+});
+
+visits('in a browser that keeps nothing all works', { first: 'cube.obj', isAlone: true }, async (visit) => {
+  const { page } = visit;
+  await page.addInitScript(() => {
+    for (const name of ['localStorage', 'sessionStorage']) Object.defineProperty(window, name, { get: () => { throw new DOMException('denied', 'SecurityError'); } });
+  });
+  await page.reload();
+  await visit.level(2);
+  await page.getByRole('button', { name: 'Change to the dark theme' }).click();
+  await drop(visit, { 'pyramid.obj': PYRAMID });
+  await visit.wait(() => document.getElementById('subject').textContent === 'pyramid.obj');
 });
 
 visits('a page magnified to 400 %, and a phone held sideways, have a panel that can be read, and all tools', { first: 'cube.obj' }, async (visit) => {

@@ -1,8 +1,10 @@
 // Parts of the page that need no browser: amounts of gestures, works and their versions, sentences about a clip, what
 // opening a model asks.
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
 
+import { isFit, NAMES, OF_SURFACE, readAddress } from '../../server/page/address.js';
 import { carriedOver, sentencesOf } from '../../server/page/clip_words.js';
 import { blendOf, blendWeights, partOf } from '../../server/page/clips.js';
 import { Gesture } from '../../server/page/gestures.js';
@@ -43,6 +45,29 @@ test('typed digits count before the way; arrows go on', () => {
   assert.deepEqual(made('loop_cut', null, null, 'ArrowUp', 'ArrowUp'), { edit: 'loop_cut', cuts: 3 });
   assert.deepEqual(made('extrude', null, null, 'ArrowUp', 'ArrowUp'), { edit: 'extrude', distance: 0.24 });
   assert.equal(new Gesture('extrude', frame([0, 0])).type('q'), false);
+});
+
+test('an address may say what the API takes, and no more', () => {
+  const { parameters } = JSON.parse(readFileSync(new URL('../../api/openapi.json', import.meta.url))).components;
+  for (const name of [...Object.keys(OF_SURFACE), 'order', 'loop']) {
+    const { schema } = parameters[name === 'limit' ? 'limit_surface' : name];
+    const values = schema.enum ?? (schema.type === 'boolean' ? ['false', 'true'] : schema.pattern?.match(/\w+(?=[|)])/g) ?? ['auto', '0', '12']);
+    assert.ok(values.length > 1, name);
+    for (const value of values) assert.ok(isFit(name, value), `${name}=${value}`);
+    for (const value of ['', 'foo', `${values[1]} `, '-1']) assert.equal(isFit(name, value), false, `${name}=${value}`);
+  }
+  assert.ok(isFit('creases', 'angle:30'));
+});
+
+test('what an address says that means nothing is left out, and told', () => {
+  const id = 'ab'.repeat(16);
+  const fit = { tab: 'edit', model: id, level: '3', view: '1,2,3,0,0,0', t: '-0.5', weight: '1', exposure: '-2', edits: '[{"edit":"flip"}]', borrowed: `${id},${id}`, panel: '0', theme: 'dark', language: 'curl', show: 'cage' };
+  assert.deepEqual(readAddress(new URLSearchParams({ ...fit, other: 'x' }).toString()), { given: fit, unfit: [] });
+  for (const [name, ...values] of [['tab', '', 'x'], ['level', '-1', '2.5', 'NaN'], ['t', '', 'x', 'Infinity'], ['mesh', '-1', '1.5'], ['view', '1,2', '1,2,3,4,5,x', '1,2,3,1,2,3'], ['speed', '0', 'x'],
+    ['weight', '1.01', '-1', ''], ['edits', '7', '[', '{}'], ['from', 'x'], ['borrowed', `${id},`], ['theme', 'purple'], ['panel', '-1'], ['language', 'cobol']])
+    for (const value of values)
+      assert.deepEqual(readAddress(new URLSearchParams({ [name]: value, model: id }).toString()), { given: { model: id }, unfit: [`${name}=${value}`] });
+  for (const [name, [value]] of Object.entries(NAMES)) assert.ok(isFit(name, value), name);
 });
 
 const listed = (...ids) => ids.map((id) => ({ id, name: `${id}.obj`, format: 'obj', bytes: 1 }));
@@ -119,7 +144,7 @@ test('a blend is a document of the model’s nodes, whose layers have the weight
 
 /** An opening whose daemon notes what it is asked. fits: whether a level may be as large as it is. counts: the answer,
  *  or what is thrown. */
-function opened({ fits = true, counts = { bytes: 7 } } = {}) {
+function opened({ fits = true, counts = { bytes: 7 }, levels = [] } = {}) {
   const asked = [];
   const opening = new Opening({
     count: async (model, options) => {
@@ -129,7 +154,9 @@ function opened({ fits = true, counts = { bytes: 7 } } = {}) {
     },
     load: async (model, options) => (asked.push(['load', options]), { blob: new Blob(['glb']) }),
     parse: async (bytes) => `parsed ${new TextDecoder().decode(bytes)}`,
+    levels: async (model, options) => (asked.push(['levels', options]), levels),
     confirm: async (size) => (asked.push(['confirm', size]), fits),
+    isMuch: (size) => size > 100,
   });
   return { opening, asked };
 }
@@ -177,6 +204,15 @@ test('a small level is loaded while it is counted, a large one when its size is 
   const refused = opened({ fits: false });
   await assert.rejects(refused.opening.surface(withEdges(6250), { level: 2 }, { signal }), { name: 'AbortError' });
   assert.deepEqual(refused.asked.map(([what]) => what), ['count', 'confirm']);
+});
+
+test('the highest level is one that is made, and loaded without a question', async () => {
+  const [small, large, refused] = [{ bytes: 100 }, { bytes: 101 }, { bytes: null, refused: 'too many faces' }];
+  for (const [given, level] of [[[small, small, large, refused], 1], [[small, small, small, refused], 2], [[refused], null], [[], null]]) {
+    const { opening, asked } = opened({ levels: given.map((facts, i) => ({ level: i, ...facts })) });
+    assert.equal(await opening.highest(withEdges(12), { limit: 'true', encoding: 'meshopt' }, { signal }), level);
+    assert.deepEqual(asked, [['levels', { limit: 'true', encoding: 'float' }]]);
+  }
 });
 
 test('the size of what is compressed is asked without compressing; an opening that was left shows nothing', async () => {

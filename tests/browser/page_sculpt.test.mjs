@@ -1,13 +1,11 @@
 // The page at /: points of a level are dragged, and the other levels remember it.
 import assert from 'node:assert/strict';
 
-import { PerspectiveCamera, Vector3 } from 'three';
+import { Vector3 } from 'three';
 
-import { Modeller, VIEW } from './modeller.mjs';
-import { ALL_PIXELS, difference, open, PHONE } from './page_driver.mjs';
+import { cameraOf, Modeller, VIEW } from './modeller.mjs';
+import { ALL_PIXELS, CUBE, difference, open, PHONE } from './page_driver.mjs';
 
-const CUBE = 'v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n' +
-  'f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n';
 const site = open({ first: 'block.obj', files: { 'block.obj': CUBE } });
 const { daemon, visits } = site;
 const hash = `#tab=sculpt&level=3&show=surface&view=${encodeURIComponent(VIEW)}`;
@@ -46,10 +44,7 @@ class Sculptor extends Modeller {
   /** How far a place goes in the world when the picture moves it by pixels. */
   async moved(place, [dx, dy]) {
     const { width, height } = await this.page.locator('#view').boundingBox();
-    const camera = new PerspectiveCamera(35, width / height, 0.01, 100);
-    camera.position.set(...VIEW.slice(0, 3));
-    camera.lookAt(...VIEW.slice(3));
-    camera.updateMatrixWorld();
+    const camera = cameraOf({ width, height });
     const seen = place.clone().project(camera);
     return seen.add(new Vector3((2 * dx) / width, (-2 * dy) / height, 0)).unproject(camera).sub(place);
   }

@@ -32,6 +32,14 @@ setup() { cd "$BATS_TEST_TMPDIR" || return; }
   done
 }
 
+@test "the page has under 300 kB in each coding" {
+  for coding in br gzip zstd; do
+    http GET / --header "Accept-Encoding: $coding"
+    [[ $(header content-encoding) == "$coding" ]]
+    (($(wc -c <answer) < 300000))
+  done
+}
+
 @test "the API reference is packed, sent once, and asks nobody but the daemon" {
   http GET /docs --header "Accept-Encoding: gzip"
   expect 200

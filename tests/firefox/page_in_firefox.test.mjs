@@ -2,21 +2,28 @@
 // Firefox lacks on most machines anyway, so that this is also the page without a picture.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { readdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import puppeteer from 'puppeteer-core';
 
 import { PATIENCE_MS } from '../browser/chromium.mjs';
-import { drop, PYRAMID } from '../browser/page_driver.mjs';
+import { slowWayTo, writeLarge } from '../browser/large_file.mjs';
+import { seenAt, VIEW } from '../browser/modeller.mjs';
+import { CUBE, drop, PYRAMID } from '../browser/page_driver.mjs';
 import { scan } from '../browser/scan.mjs';
+import { BY_KEYBOARD, buildShip } from '../browser/ship.mjs';
+import { biped } from '../node/biped.mjs';
 import { Daemon } from '../node/daemon.mjs';
+import { mocap } from '../node/mocap.mjs';
 
 const daemon = new Daemon(['--sample']);
+const saved = join(daemon.folder, 'saved'); // what is downloaded
 let browser;
 
 before(async () => {
   await daemon.start();
+  mkdirSync(saved);
   browser = await puppeteer.launch({
     browser: 'firefox',
     executablePath: process.env.FIREFOX ?? '/usr/bin/firefox-esr',
@@ -24,7 +31,7 @@ before(async () => {
     timeout: PATIENCE_MS,
     protocolTimeout: 2 * PATIENCE_MS,
     env: { ...process.env, HOME: daemon.folder }, // beside its profile, Firefox leaves folders at home
-    extraPrefsFirefox: { 'webgl.disabled': true },
+    extraPrefsFirefox: { 'webgl.disabled': true, 'browser.download.folderList': 2, 'browser.download.dir': saved },
   });
 });
 after(async () => {
@@ -50,6 +57,32 @@ const by = ({ page }, role, name) => page.locator(`::-p-aria([role="${role}"][na
 
 const shows = ({ wait }, name) => wait((wanted) => document.getElementById('subject').textContent === wanted, name);
 const says = ({ wait }, facts) => wait((wanted) => document.getElementById('facts').textContent.includes(wanted), facts);
+
+/** Presses keys one after the other, each with those that are held meanwhile, as in "Control+Shift+z". */
+async function press({ page }, ...all) {
+  for (const keys of all) {
+    const [key, ...held] = keys.split('+').reverse();
+    for (const name of held) await page.keyboard.down(name);
+    await page.keyboard.press(key);
+    for (const name of held) await page.keyboard.up(name);
+  }
+}
+
+/** What the address says of a name. */
+const stateOf = ({ page }, name) => new URLSearchParams(new URL(page.url()).hash.slice(1)).get(name);
+const idOf = (visit) => stateOf(visit, 'model');
+const ask = (path) => fetch(`${daemon.url}/v1/${path}`);
+const described = async (id) => (await ask(`models/${id}`)).json();
+
+/** Does something, and waits for the model that it opens, and until it takes clicks. */
+async function opens(visit, action) {
+  const before = idOf(visit);
+  await action();
+  await visit.wait((id) => {
+    const { dataset } = document.getElementById('view');
+    return !location.hash.includes(`model=${id}`) && document.getElementById('facts').textContent.startsWith('Level') && ('pickable' in dataset || 'sculpts' in dataset);
+  }, before);
+}
 
 /** A page that shows a dropped OBJ. */
 async function openPyramid(hash) {
@@ -118,9 +151,7 @@ test('a noisy scan is made clean by one click, which Ctrl+Z takes back', async (
   await by(visit, 'tab', 'Edit').click();
   await by(visit, 'button', 'Clean up').click();
   await visit.wait(() => /Pieces\s+2\s+1\s/.test(document.querySelector('#panel-edit table')?.innerText));
-  await visit.page.keyboard.down('Control');
-  await visit.page.keyboard.press('z');
-  await visit.page.keyboard.up('Control');
+  await press(visit, 'Control+z');
   await shows(visit, 'scan.obj');
   await end(visit);
 });
@@ -168,5 +199,123 @@ test('while the daemon is away, files and levels wait for a click', async () => 
     await end(visit);
   } finally {
     await other.remove();
+  }
+});
+
+test('a ship from a box by keyboard alone, with undo and redo, saved as GLB', async () => {
+  const visit = await open('#tab=edit');
+  const { page } = visit;
+  const onPicture = async (...keys) => {
+    await page.focus('#view');
+    await press(visit, ...keys);
+  };
+  const enter = async (element) => {
+    await element.focus();
+    await press(visit, 'Enter');
+  };
+  await shows(visit, 'tank.json');
+  await buildShip({
+    opens: (action) => opens(visit, action),
+    enter: async (name) => enter(await page.waitForSelector(`::-p-xpath(//button[.="${name}" or @aria-label="${name}"] | //summary[.="${name}"])`)),
+    inMenu: async (key) => {
+      await visit.wait(() => document.activeElement.role === 'menuitem');
+      await press(visit, key);
+    },
+    onPicture,
+    type: async (label, text) => {
+      await page.focus(`[aria-label="${label}"]`);
+      await press(visit, 'Control+a');
+      await page.keyboard.type(text);
+      await press(visit, 'Enter');
+    },
+  });
+  const ship = idOf(visit);
+  const { bounds, boundary_edges: openEdges, components, creases } = (await described(ship)).meshes[0];
+  assert.deepEqual({ bounds, openEdges, components, creases },
+    { bounds: { min: [-0.5, -0.5, -1.5], max: BY_KEYBOARD.max }, openEdges: 0, components: 1, creases: BY_KEYBOARD.creases });
+  for (const keys of ['Control+z', 'Control+z', 'Control+Shift+z', 'Control+Shift+z']) await opens(visit, () => onPicture(keys));
+  assert.equal(idOf(visit), ship);
+  await enter(await page.$('#download'));
+  const files = () => readdirSync(saved).filter((name) => name.endsWith('.glb'));
+  for (let waited = 0; waited < 300 && (files().length === 0 || readdirSync(saved).length > 1); waited++) await new Promise((resolve) => setTimeout(resolve, 100));
+  const [file] = files();
+  assert.ok(readFileSync(join(saved, file)).equals(Buffer.from(await (await ask(`models/${ship}/surface.glb?level=${stateOf(visit, 'level')}`)).arrayBuffer())));
+  await end(visit);
+});
+
+test('a surface is sculpted by hand and by numbers, and is as before when that is undone', async () => {
+  const { id } = await (await fetch(`${daemon.url}/v1/models?name=block.obj`, { method: 'POST', headers: { 'Content-Type': 'model/obj' }, body: CUBE })).json();
+  const visit = await open(`#tab=sculpt&level=3&model=${id}&view=${encodeURIComponent(VIEW)}`);
+  const { page } = visit;
+  const points = async () => (await (await ask(`models/${idOf(visit)}/surface.obj?level=3`)).text()).match(/^v .*$/gm).map((line) => line.split(' ').slice(1).map(Number));
+  const apart = (a, b) => Math.hypot(...a.map((value, i) => value - b[i]));
+  await visit.wait(() => 'sculpts' in document.getElementById('view').dataset);
+  const before = await points();
+  const near = before.reduce((best, point) => (apart(point, [0.5, 0.3, 0.6]) < apart(best, [0.5, 0.3, 0.6]) ? point : best));
+  const far = before.reduce((best, point) => (apart(point, near) > apart(best, near) ? point : best));
+  const { x, y, ...box } = await (await page.$('#view')).boundingBox();
+  const at = seenAt(box, near);
+  await page.mouse.move(x + at.x, y + at.y);
+  await page.mouse.down();
+  await page.mouse.move(x + at.x + 60, y + at.y - 50, { steps: 3 });
+  await opens(visit, () => page.mouse.up());
+  const dragged = await points();
+  assert.ok(apart(dragged[before.indexOf(near)], near) > 0.1, 'what was taken hold of has moved');
+  assert.ok(apart(dragged[before.indexOf(far)], far) < 1e-6, 'what is far from it has not');
+  await by(visit, 'textbox', 'Point').fill('7');
+  await press(visit, 'Enter');
+  await by(visit, 'textbox', 'Stroke: by').fill('0 0.25 -0.125');
+  await opens(visit, () => by(visit, 'button', 'Move').click());
+  assert.ok(apart((await points())[7], dragged[7].map((value, i) => value + [0, 0.25, -0.125][i])) < 1e-5);
+  for (let i = 0; i < 2; i++) await opens(visit, () => by(visit, 'button', 'Undo').click());
+  assert.equal(idOf(visit), id);
+  assert.deepEqual(await points(), before);
+  await end(visit);
+});
+
+test('a BVH that is dropped on a character plays on it', async () => {
+  const visit = await open('');
+  const { page } = visit;
+  await shows(visit, 'tank.json');
+  await drop(visit, { 'figure.gltf': biped({ names: 'mixamo' }) });
+  await shows(visit, 'figure.gltf');
+  await says(visit, 'Level');
+  const character = idOf(visit);
+  await drop(visit, { 'walk.bvh': mocap(30).text });
+  await visit.wait(() => /clip=[0-9a-f]{32}/.test(location.hash));
+  await visit.wait(() => document.querySelectorAll('.sentences li').length > 0);
+  assert.equal(idOf(visit), character);
+  assert.equal(await page.$eval('#timeline select', ({ selectedOptions: [chosen] }) => chosen.text), 'motion (walk.bvh)');
+  await by(visit, 'button', 'Play').click();
+  await visit.wait(() => parseFloat(document.querySelector('.clock').textContent) > 0.05);
+  await end(visit);
+});
+
+test('a file of 200 MB tells how far it is, and leaves nothing when it is cancelled', async () => {
+  const file = join(daemon.folder, 'large.obj');
+  const way = await slowWayTo(daemon, 60e6);
+  const listed = async () => (await (await ask('models')).json()).models;
+  try {
+    const visit = await open('', { url: way.url });
+    const { page } = visit;
+    await shows(visit, 'tank.json');
+    const before = await listed();
+    const size = writeLarge(file);
+    await (await page.$('[aria-label="Files to upload"]')).uploadFile(file);
+    for (const part of [0.05, 0.15, 0.25]) await visit.wait((least) => document.querySelector('.upload progress').value > least, part);
+    const said = await page.$eval('.upload', ({ innerText }) => innerText);
+    assert.match(said, new RegExp(`^large\\.obj\\s+[\\d.]+ MB of ${Math.round(size / 1e6)} MB`));
+    await by(visit, 'button', 'Cancel').click();
+    await visit.wait(() => !document.querySelector('.upload'));
+    await shows(visit, 'tank.json');
+    assert.equal(await page.$('.problem'), null);
+    const left = () => readdirSync(join(daemon.folder, 'data/tmp')).length;
+    for (let waited = 0; waited < 100 && left() > 0; waited++) await new Promise((resolve) => setTimeout(resolve, 100));
+    assert.equal(left(), 0);
+    assert.deepEqual(await listed(), before);
+    await end(visit);
+  } finally {
+    way.close();
+    rmSync(file);
   }
 });
