@@ -216,7 +216,7 @@ static void make_pairs(pairs *p, uint32_t equal) {
     uint32_t v = p->corners[c];
     p->ids[c] = c;
     p->uvs[c][0] = p->positions[v][0];
-    p->uvs[c][1] = p->positions[v][1] + (v >= 6 && v < 9 && v - 6 >= equal ? 5 : 0);
+    p->uvs[c][1] = p->positions[v][1] + (v >= 6 && v < 9 && v - 6 >= equal ? 5.0F : 0.0F);
   }
   p->mesh = mesh_of(p->positions[0], 12, p->corners, p->offsets, 4);
   p->mesh.uv_set_count = 1;
