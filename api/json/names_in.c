@@ -94,6 +94,11 @@ tw_status api_name_find(const api_value *value, const api_names *all, uint32_t *
   return TW_OK;
 }
 
+static int compare_pairs(const void *left, const void *right) {
+  return strcmp(((const tw_bone_names_pair *)left)->source, ((const tw_bone_names_pair *)right)->source);
+}
+
+/* A JSON object has no order: the pairs have that of their names. */
 tw_status api_bone_map_read(void *context, const api_value *object) {
   tw_retarget_wish *out = context;
   const api_json *json = object->json;
@@ -112,6 +117,8 @@ tw_status api_bone_map_read(void *context, const api_value *object) {
     if (!pairs[i].source) return api_json_no_memory(json);
     if (!cJSON_IsNull(child)) status = api_json_name(&value, &pairs[i].target);
   }
+  if (status == TW_OK) status = tw_sort(pairs, count, sizeof *pairs, compare_pairs);
+  if (status == TW_NO_MEMORY) return api_json_no_memory(json);
   out->has_map = true;
   out->pairs = pairs;
   out->pair_count = count;

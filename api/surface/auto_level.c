@@ -336,18 +336,16 @@ static tw_status find_highest(api_call *call, const api_surface_scene *scene, ui
 }
 
 static api_outcome make_wish(api_call *call, const api_surface_scene *scene, double size, wish *out) {
-  enum { DEFAULT_FACES = 200000 };
   const api_auto_level *asked = &scene->query->auto_level;
   const api_limits *limits = &call->service->limits;
-  bool is_default = asked->error == 0 && asked->faces == 0;
-  double error = is_default ? 0.001 : asked->error;
-  uint64_t faces = is_default ? DEFAULT_FACES : asked->faces;
+  double error = asked->error;
+  uint64_t faces = asked->faces;
   *out = (wish){.error = INFINITY, .level = limits->max_level, .is_held = faces > 0};
-  if (size == 0 && (asked->is_share || is_default)) {
+  if (size == 0 && asked->is_share) {
     out->level = 0; /* all levels are one point */
     return API_DONE;
   }
-  if (error > 0) out->error = asked->is_share || is_default ? error * size : error;
+  if (error > 0) out->error = asked->is_share ? error * size : error;
   if (!out->is_held) return API_DONE;
   if (faces > limits->max_faces) faces = limits->max_faces;
   return api_outcome_of(call, find_highest(call, scene, faces, &out->level));

@@ -36,6 +36,7 @@ void api_surface_settle(api_surface_query *query, const tw_model *model) {
   api_surface_query silent = *query;
   silent.boundary = silent.uv = silent.creasing = silent.triangles = -1;
   bool boundary = true, uv = true, creasing = true, triangles = true; /* asking for it changes nothing */
+  bool influences = true, details = true;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_surface_options asked = api_surface_options(query, 0, &model->meshes[i]),
                        own = api_surface_options(&silent, 0, &model->meshes[i]);
@@ -43,11 +44,19 @@ void api_surface_settle(api_surface_query *query, const tw_model *model) {
     uv = uv && asked.uv == own.uv;
     creasing = creasing && asked.creasing == own.creasing;
     triangles = triangles && asked.triangles == own.triangles;
+    details = details && model->meshes[i].detail_count == 0;
+    if (query->influences > 0)
+      influences = influences && tw_surface_influences(&model->meshes[i], (uint32_t)query->influences) ==
+                                     tw_surface_influences(&model->meshes[i], 0);
   }
   if (boundary) query->boundary = -1;
   if (uv) query->uv = -1;
   if (creasing) query->creasing = -1;
   if (triangles) query->triangles = -1;
+  if (influences) query->influences = 0;
+  if (details) query->details = true;
+  const char *only = model->mesh_count == 1 ? model->meshes[0].name : NULL;
+  if (query->mesh && only && strcmp(query->mesh, only) == 0) query->mesh = NULL;
   query->reading.quads = tw_quads_of(query->reading.quads, model->format);
 }
 

@@ -189,11 +189,6 @@ static api_outcome reply_flat(api_call *call, api_surface_request *request) {
 }
 
 static api_outcome reply_obj(api_call *call, api_surface_request *request) {
-  uint64_t bound;
-  api_outcome outcome = api_surface_predict(call, request, &bound);
-  if (outcome != API_DONE) return outcome;
-  if (tw_obj_stream_create(&request->scene.content, &request->obj, &call->fault.error) != TW_OK)
-    return api_fail(call);
   take_over(call, request, API_SIZE_UNKNOWN, read_obj);
   return API_DONE;
 }
@@ -292,7 +287,13 @@ static api_outcome open_points(api_call *call, api_surface_request *request) {
   return api_flat_warn_of_losses(call, alone, lacks, api_plan_of(request)->hard.edges > 0);
 }
 
+/* The stream's size is checked first: it lists all instances. */
 static api_outcome open_obj(api_call *call, api_surface_request *request) {
+  uint64_t bound;
+  api_outcome outcome = api_surface_predict(call, request, &bound);
+  if (outcome != API_DONE) return outcome;
+  if (tw_obj_stream_create(&request->scene.content, &request->obj, &call->fault.error) != TW_OK)
+    return api_fail(call);
   return api_obj_warn_of_losses(call, api_entry_value(request->model));
 }
 
@@ -305,13 +306,13 @@ static const api_idle of_obj[] = {{.name = "polygons", .own = "ngon"}, {.name = 
 static const api_idle of_counts[] = {{.name = "scale", .own = "1", .unless = "shells", .says = "true"}, {0}};
 static const api_idle of_triangles[] = {{.name = "polygons", .own = "triangles"},
                                         {.name = "normals", .own = "auto"},
-                                        {.name = "uv"},
+                                        {.name = "uv", .own = "corners-only"},
                                         {.name = "skin", .own = "bake"},
                                         {0}};
 static const api_idle of_ply[] = {{.name = "skin", .own = "bake"}, {0}};
-static const api_idle of_points[] = {{.name = "polygons"},
+static const api_idle of_points[] = {{.name = "polygons", .own = "triangles"},
                                      {.name = "normals", .own = "none", .unless = "with", .says = "normals"},
-                                     {.name = "uv", .unless = "with", .says = "uvs"},
+                                     {.name = "uv", .own = "corners-only", .unless = "with", .says = "uvs"},
                                      {0}};
 
 static const api_surface_form forms[API_SURFACE_FORMS] = {

@@ -63,9 +63,15 @@ static api_outcome print_level(api_call *call, level_list *list, api_surface_req
   return API_DONE;
 }
 
-/* The limits decide which levels there are. */
-static api_outcome validate_levels(api_call *call, const api_surface_query *query) {
+/* The limits decide which levels there are. Clips and the node of root motion are found for the key alone:
+ * each level finds them anew. */
+static api_outcome validate_levels(api_call *call, const tw_model *model, api_surface_query *query) {
   const api_limits *limits = &call->service->limits;
+  uint32_t warnings = call->warning_count;
+  api_outcome outcome = api_clips_choose(call, model, query->clip, query->times.is_given ? 1 : UINT32_MAX,
+                                         &query->terms, &query->choices);
+  call->warning_count = warnings; /* told again */
+  if (outcome != API_DONE) return outcome;
   const char *parameters = api_surface_key_print(call, query, API_KEY_ANSWER, NULL);
   if (!parameters) return api_fail_without_memory(call);
   tw_text text = {0};
@@ -97,7 +103,9 @@ static api_outcome print_levels(api_call *call, const api_surface_query *query, 
     request->query = *query;
     request->query.level = level;
     request->model = model;
+    uint32_t warnings = call->warning_count;
     outcome = print_level(call, &list, request, text);
+    if (request != list.first) call->warning_count = warnings; /* those of the first level, once more */
     list.is_last |= outcome != API_DONE;
     if (request != list.first) release_level(request);
   }
@@ -113,7 +121,7 @@ api_outcome api_get_levels(api_call *call) {
   api_outcome outcome = api_model_take(call, call->id, &query.reading, &model);
   if (outcome != API_DONE) return outcome;
   api_surface_settle(&query, api_entry_value(model));
-  outcome = validate_levels(call, &query);
+  outcome = validate_levels(call, api_entry_value(model), &query);
   tw_text text = {0};
   tw_text_add(&text, "{\"levels\":[");
   if (outcome == API_CONTINUE) outcome = print_levels(call, &query, model, &text);

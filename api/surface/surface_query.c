@@ -49,13 +49,17 @@ static api_outcome read_error(api_call *call, const api_rule *rule, void *out) {
                         read_error_text(text, &((api_surface_query *)out)->auto_level, &call->fault.error));
 }
 
+/* With neither, error=0.1% and faces=200000. */
 static api_outcome read_faces(api_call *call, const api_rule *rule, void *out) {
+  enum { DEFAULT_FACES = 200000 };
   api_auto_level *asked = &((api_surface_query *)out)->auto_level;
   tw_status status = api_query_count(&call->query, rule->name, &asked->faces, &call->fault.error);
   if (status == TW_OK && api_query_get(&call->query, rule->name) && asked->faces == 0)
     return api_fail_with(call, 400, "faces must be 1 or more");
   if (status == TW_OK && !asked->is_on && (asked->error > 0 || asked->faces > 0))
     return api_fail_with(call, 400, "error and faces go with level=auto");
+  if (asked->is_on && asked->error == 0 && asked->faces == 0)
+    *asked = (api_auto_level){.is_on = true, .error = 0.001, .is_share = true, .faces = DEFAULT_FACES};
   return api_outcome_of(call, status);
 }
 

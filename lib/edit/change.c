@@ -6,6 +6,8 @@
 
 #include "editor.h"
 #include "sorted.h"
+#include "union_find.h"
+#include "weld.h"
 static uint64_t most(uint64_t a, uint64_t b) {
   return a > b ? a : b;
 }
@@ -102,12 +104,19 @@ static uint32_t corner_behind(const tw_change *c, uint32_t face, uint32_t corner
 
 /* ---- the mesh that is made ----------------------------------------------------------------------------- */
 
+/* An edge of two faces that were at different edges before. */
+typedef struct welded_edge {
+  uint32_t ends[2][2]; /* the corners at each of its ends, of both faces */
+} welded_edge;
+
 typedef struct maker {
   const tw_change *change;
   const tw_mesh *from;
   tw_mesh *to;
   tw_arena *arena;
   const tw_editor *editor;
+  welded_edge *welded; /* [welded_count], malloc'ed */
+  uint32_t welded_count;
 } maker;
 
 /* The terms of a parent. before: the count of old points or corners. single: room for the term of a parent
@@ -282,6 +291,81 @@ static bool make_faces(const maker *m) {
   return tw_mesh_take_faces(to, from, c->face_parents, c->face_count, m->arena) == TW_OK;
 }
 
+/* ---- edges that become one ---------------------------------------------------------------------------- */
+
+/* A face's side at points that were several: from corner to corner_behind. */
+typedef struct side {
+  uint32_t low, high, corner, behind;
+} side;
+
+static int compare_sides(const void *left, const void *right) {
+  const side *a = left, *b = right;
+  if (a->low != b->low) return a->low < b->low ? -1 : 1;
+  if (a->high != b->high) return a->high < b->high ? -1 : 1;
+  return a->corner < b->corner ? -1 : a->corner > b->corner;
+}
+
+/* Flags the new points at which corners of several old points are: [point_count]. NULL without memory. *any:
+ * whether there is one. */
+static uint8_t *flag_merged(const maker *m, bool *any) {
+  const tw_change *c = m->change;
+  uint8_t *merged = tw_alloc_zero(c->point_count, 1);
+  uint32_t *first = tw_alloc(c->point_count, sizeof *first);
+  *any = false;
+  if (first && c->point_count > 0) memset(first, 0xFF, c->point_count * sizeof *first);
+  for (uint32_t i = 0; merged && first && i < c->corner_count; i++) {
+    if (c->corner_parents[i] >= m->from->corner_count) continue;
+    uint32_t old = m->from->corners[c->corner_parents[i]], *known = &first[c->corners[i]];
+    if (*known == UINT32_MAX) *known = old;
+    merged[c->corners[i]] |= *known != old;
+    *any |= *known != old;
+  }
+  tw_free(first);
+  return first ? merged : NULL;
+}
+
+static uint32_t list_sides(const maker *m, const uint8_t *merged, side *sides) {
+  const tw_change *c = m->change;
+  uint32_t count = 0;
+  for (uint32_t f = 0; f < c->face_count; f++)
+    for (uint32_t i = c->face_offsets[f]; i < c->face_offsets[f + 1]; i++) {
+      uint32_t behind = corner_behind(c, f, i), a = c->corners[i], b = c->corners[behind];
+      if (merged[a] || merged[b]) sides[count++] = (side){a < b ? a : b, a < b ? b : a, i, behind};
+    }
+  return count;
+}
+
+/* Keeps the pairs of opposite sides that were at different edges. sides: sorted. */
+static void pair_sides(maker *m, const side *sides, uint32_t count) {
+  const tw_change *c = m->change;
+  for (uint32_t i = 0, end; i < count; i = end) {
+    for (end = i + 1; end < count && sides[end].low == sides[i].low && sides[end].high == sides[i].high;)
+      end++;
+    const side *a = &sides[i], *b = &sides[i + 1];
+    if (end - i != 2 || c->corners[a->corner] != c->corners[b->behind]) continue;
+    uint32_t edge = c->corner_edges[a->corner];
+    if (edge != UINT32_MAX && edge == c->corner_edges[b->corner]) continue;
+    m->welded[m->welded_count++] = (welded_edge){{{a->corner, b->behind}, {a->behind, b->corner}}};
+  }
+}
+
+/* Finds the edges that the change has made of two. False without memory. */
+static bool find_welded(maker *m) {
+  bool any, has_room = false;
+  uint8_t *merged = flag_merged(m, &any);
+  side *sides = merged && any ? tw_alloc(m->change->corner_count, sizeof *sides) : NULL;
+  if (sides) {
+    uint32_t count = list_sides(m, merged, sides);
+    m->welded = tw_alloc(count, sizeof *m->welded);
+    has_room = m->welded && tw_sort(sides, count, sizeof *sides, compare_sides) == TW_OK;
+    if (has_room) pair_sides(m, sides, count);
+  }
+  has_room |= merged && !any;
+  tw_free(merged);
+  tw_free(sides);
+  return has_room;
+}
+
 /* ---- values of corners --------------------------------------------------------------------------------- */
 
 /* A new corner whose value is a mean. Such corners of one point share a value where the first and the last
@@ -382,6 +466,57 @@ static bool join_values(const maker *m, const tw_channel *set, values *v) {
   return true;
 }
 
+/* The value at a corner, in the making. */
+static const float *value_row(const tw_channel *set, const values *v, uint32_t corner) {
+  uint32_t value = v->of_corner[corner];
+  return value < set->value_count ? set->values + (size_t)set->width * value
+                                  : v->fresh + (size_t)set->width * (value - set->value_count);
+}
+
+/* A corner of a new point, with its value. */
+typedef struct corner_value {
+  uint32_t point, value, corner;
+} corner_value;
+
+static int compare_corner_values(const void *left, const void *right) {
+  const corner_value *a = left, *b = right;
+  if (a->point != b->point) return a->point < b->point ? -1 : 1;
+  if (a->value != b->value) return a->value < b->value ? -1 : 1;
+  return a->corner < b->corner ? -1 : a->corner > b->corner;
+}
+
+static bool same_rows(const tw_channel *set, const values *v, uint32_t a, uint32_t b) {
+  return tw_compare_floats(value_row(set, v, a), value_row(set, v, b), set->width) == 0;
+}
+
+/* Where the change has made two edges one, makes equal values on its two sides one, as readers do where they
+ * weld. All other seams stay: values that are equal and not one are a seam of the mesh's. */
+static bool join_welded(const maker *m, const tw_channel *set, values *v) {
+  const tw_change *c = m->change;
+  uint32_t *joined = tw_alloc(c->corner_count, sizeof *joined);
+  corner_value *sorted = tw_alloc(c->corner_count, sizeof *sorted);
+  bool has_room = joined && sorted;
+  for (uint32_t i = 0; has_room && i < c->corner_count; i++)
+    sorted[i] = (corner_value){c->corners[i], v->of_corner[i], i};
+  has_room = has_room && tw_sort(sorted, c->corner_count, sizeof *sorted, compare_corner_values) == TW_OK;
+  if (has_room) tw_union_find_init(joined, c->corner_count);
+  for (uint32_t i = 1; has_room && i < c->corner_count; i++)
+    if (sorted[i].point == sorted[i - 1].point && sorted[i].value == sorted[i - 1].value)
+      tw_union_find_join(joined, sorted[i].corner, sorted[i - 1].corner);
+  for (uint32_t i = 0; has_room && i < m->welded_count; i++) {
+    const welded_edge *edge = &m->welded[i];
+    if (!same_rows(set, v, edge->ends[0][0], edge->ends[0][1]) ||
+        !same_rows(set, v, edge->ends[1][0], edge->ends[1][1]))
+      continue;
+    for (int k = 0; k < 2; k++) tw_union_find_join(joined, edge->ends[k][0], edge->ends[k][1]);
+  }
+  for (uint32_t i = 0; has_room && i < c->corner_count; i++)
+    v->of_corner[i] = v->of_corner[tw_union_find_root(joined, i)];
+  tw_free(sorted);
+  tw_free(joined);
+  return has_room;
+}
+
 /* Writes the old values that corners still use, in their order, then the new ones. */
 static bool number_values(const maker *m, const tw_channel *from, values *v, tw_channel *to) {
   uint32_t corner_count = m->change->corner_count, kept = 0;
@@ -408,21 +543,22 @@ static bool number_values(const maker *m, const tw_channel *from, values *v, tw_
 
 static bool make_channel(const maker *m, const tw_channel *from, bool is_map, tw_channel *to) {
   values v = {0};
-  bool has_room =
-      find_values(m, from, is_map, &v) && join_values(m, from, &v) && number_values(m, from, &v, to);
+  bool has_room = find_values(m, from, is_map, &v) && join_values(m, from, &v) &&
+                  (m->welded_count == 0 || join_welded(m, from, &v)) && number_values(m, from, &v, to);
   values_deinit(&v);
   return has_room;
 }
 
 /* The mesh has its attributes already. */
-static bool make_channels(const maker *m) {
+static bool make_channels(maker *m) {
   tw_channel channels[TW_CHANNELS_MAX], made[TW_CHANNELS_MAX];
   uint32_t count = tw_mesh_channels(m->from, channels);
-  bool has_room = true;
+  bool has_room = count == 0 || find_welded(m);
   for (uint32_t i = 0; i < count && has_room; i++)
     has_room = make_channel(m, &channels[i], i < m->from->uv_set_count, &made[i]);
   /* make_points has allocated the attributes of the mesh that is made. */
   if (has_room) tw_mesh_set_channels(m->to, made, (tw_attribute *)m->to->attributes);
+  tw_free(m->welded);
   return has_room;
 }
 
@@ -664,7 +800,7 @@ static bool name_made(const maker *m, tw_named *named) {
 
 /* ---- all of it ----------------------------------------------------------------------------------------- */
 
-static bool make_mesh(const maker *m) {
+static bool make_mesh(maker *m) {
   *m->to = *m->from;
   tw_mesh_drop_normals(m->to);
   return make_points(m) && make_faces(m) && make_channels(m) && carry_creases(m) && carry_sharp_points(m) &&
@@ -699,7 +835,7 @@ static void drop_before(tw_editor *editor) {
 
 tw_status tw_editor_apply(tw_editor *editor, const tw_change *change) {
   tw_mesh mesh;
-  maker m = {change, &editor->mesh, &mesh, tw_arena_create(), editor};
+  maker m = {change, &editor->mesh, &mesh, tw_arena_create(), editor, NULL, 0};
   tw_named *named = tw_editor_name(editor);
   uint32_t older = named ? editor->named_count - 1 : editor->named_count;
   bool has_room = m.arena && make_mesh(&m);
@@ -728,7 +864,7 @@ tw_status tw_editor_copy(tw_editor *editor, tw_arena *arena, tw_mesh *out) {
   if (!allocate(&change, editor->scratch, &size)) return tw_editor_no_memory(editor);
   tw_change_keep_points(&change);
   for (uint32_t f = 0; f < mesh->face_count; f++) tw_change_keep_face(&change, f, NULL, 0);
-  maker m = {&change, mesh, &made, arena, editor};
+  maker m = {&change, mesh, &made, arena, editor, NULL, 0};
   if (!make_mesh(&m)) return tw_editor_no_memory(editor);
   made.normals = mesh->normals;
   made.morph_normals = mesh->morph_normals;

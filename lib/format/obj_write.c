@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "merge_points.h"
 #include "number.h"
 #include "placement.h"
 #include "soup_mesh.h"
@@ -396,13 +397,25 @@ static bool computes_normals_at_borders(const tw_scene *scene) {
   return false;
 }
 
+/* Whether texture coordinates have seams between equal values. False without memory. */
+static bool find_equal_seams(const tw_scene *scene, bool *out) {
+  *out = false;
+  for (uint32_t i = 0; i < scene->model->mesh_count && !*out; i++) {
+    const tw_mesh *mesh = &scene->model->meshes[i];
+    if (mesh->uv_set_count > 0 && tw_mesh_has_equal_seams(mesh, 0, out) != TW_OK) return false;
+  }
+  return true;
+}
+
 /* The rules of the surface, where they differ from those of a file without tags. A tag also keeps normals
- * that are computed from telling that borders have corners (tw_mesh_tells_hard_edges). OBJ has no tag for
- * open borders. Rules hold for the whole file: its surfaces all have the same. */
-static void put_rules(tw_obj_stream *stream, const tw_surface_options *options) {
-  const char *usual = computes_normals_at_borders(&stream->scene) ? "t interpolateboundary 1/0/0 1\n" : "";
+ * that are computed from telling that borders have corners (tw_mesh_tells_hard_edges), and equal texture
+ * coordinates apart, which are joined in a file without tags. OBJ has no tag for open borders. Rules hold for
+ * the whole file: its surfaces all have the same. */
+static void put_rules(tw_obj_stream *stream, const tw_surface_options *options, bool has_equal_seams) {
+  static const char *const tag = "t interpolateboundary 1/0/0 1\n";
+  const char *usual = has_equal_seams || computes_normals_at_borders(&stream->scene) ? tag : "";
   const char *const boundaries[] = {usual, "t interpolateboundary 1/0/0 2\n",
-                                    "t interpolateboundary 1/0/0 0\n", ""};
+                                    "t interpolateboundary 1/0/0 0\n", has_equal_seams ? tag : ""};
   static const char *const uvs[] = {"",
                                     "t facevaryinginterpolateboundary 1/0/0 0\n",
                                     "t facevaryinginterpolateboundary 1/0/0 2\n",
@@ -574,13 +587,14 @@ tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_er
     stream->scene = *scene;
     stream->material = -1;
     stream->names = TW_NO_INDEX;
-    bool has_memory = allocate(stream);
+    const tw_surface_options *options =
+        scene->model->mesh_count > 0 ? tw_surface_get_options(scene->surfaces[0]) : NULL;
+    bool is_tagged = options && options->tagged, has_equal_seams = false;
+    bool has_memory = allocate(stream) && (!is_tagged || find_equal_seams(scene, &has_equal_seams));
     is_beyond = has_memory && tw_placements_are_beyond(scene, &stream->places, 1);
     if (has_memory && !is_beyond) {
       put_name(stream, "# tweend ", tw_version());
-      const tw_surface_options *options =
-          scene->model->mesh_count > 0 ? tw_surface_get_options(scene->surfaces[0]) : NULL;
-      if (options && options->tagged) put_rules(stream, options);
+      if (is_tagged) put_rules(stream, options, has_equal_seams);
       *out = stream;
       return TW_OK;
     }

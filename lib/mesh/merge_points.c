@@ -77,10 +77,11 @@ typedef struct merger {
   const uint32_t *point_of; /* [point_count before] new index of each point */
   uint32_t point_count;     /* after the merge */
   const uint8_t *left_out;  /* [face_count before] faces to drop; NULL: none */
-  uint32_t *seen;     /* [point_count after] 1 + the last face that has or had the point; 0: none, but for
-                         triangles that stay whole */
-  uint32_t *face_of;  /* [face_count before] new index of each face, UINT32_MAX when it is dropped */
-  uint32_t shortened; /* faces that stay with fewer corners */
+  uint32_t *seen;       /* [point_count after] 1 + the last face that has or had the point; 0: none, but for
+                           triangles that stay whole */
+  uint32_t *face_of;    /* [face_count before] new index of each face, UINT32_MAX when it is dropped */
+  uint32_t shortened;   /* faces that stay with fewer corners */
+  const uint8_t *joins; /* [point_count after] whether equal values become one there; NULL: everywhere */
   tw_arena *arena;
   tw_mesh made; /* the mesh with attributes that are right once points are merged */
   uint32_t channel_count;
@@ -179,9 +180,10 @@ static void copy_corner(const merger *m, uint32_t from, uint32_t to) {
   tw_mesh *mesh = m->mesh;
   ((uint32_t *)mesh->corners)[to] = mesh->corners[from];
   if (mesh->normals.corners) ((uint32_t *)mesh->normals.corners)[to] = mesh->normals.corners[from];
+  bool joins = !m->joins || m->joins[mesh->corners[from]];
   for (uint32_t i = 0; i < m->channel_count; i++) {
     uint32_t *corners = (uint32_t *)m->channels[i].corners, value = corners[from];
-    corners[to] = m->equal[i] ? m->equal[i][value] : value;
+    corners[to] = m->equal[i] && joins ? m->equal[i][value] : value;
   }
 }
 
@@ -277,13 +279,48 @@ static tw_status join_values(tw_mesh *mesh, tw_error *error) {
   return status;
 }
 
+/* A corner's value, by its point. */
+typedef struct placed_value {
+  uint32_t point, equal, value;
+} placed_value;
+
+static int compare_placed(const void *left, const void *right) {
+  const placed_value *a = left, *b = right;
+  if (a->point != b->point) return a->point < b->point ? -1 : 1;
+  if (a->equal != b->equal) return a->equal < b->equal ? -1 : 1;
+  return a->value < b->value ? -1 : a->value > b->value;
+}
+
+tw_status tw_mesh_has_equal_seams(const tw_mesh *mesh, uint32_t uv_set, bool *out) {
+  const tw_uv_set *uvs = &mesh->uv_sets[uv_set];
+  uint32_t *equal = tw_alloc(uvs->value_count, sizeof *equal);
+  placed_value *placed = tw_alloc(mesh->corner_count, sizeof *placed);
+  tw_status status =
+      equal && placed ? tw_find_equal_rows(uvs->values, 2, uvs->value_count, equal, NULL) : TW_NO_MEMORY;
+  for (uint32_t c = 0; status == TW_OK && c < mesh->corner_count; c++)
+    placed[c] = (placed_value){mesh->corners[c], equal[uvs->corners[c]], uvs->corners[c]};
+  if (status == TW_OK) status = tw_sort(placed, mesh->corner_count, sizeof *placed, compare_placed);
+  *out = false;
+  for (uint32_t c = 1; status == TW_OK && c < mesh->corner_count; c++)
+    *out |= placed[c].point == placed[c - 1].point && placed[c].equal == placed[c - 1].equal &&
+            placed[c].value != placed[c - 1].value;
+  tw_free(equal);
+  tw_free(placed);
+  return status;
+}
+
 /* point_of: [point_count] the new index of each point; the `count` new points are numbered by their first old
- * point. left_out: [face_count] faces to drop, or NULL. */
+ * point. left_out: [face_count] faces to drop, or NULL. joins: as in merger. */
 static tw_status merge(tw_mesh *mesh, const uint32_t *point_of, uint32_t count, const uint8_t *left_out,
-                       tw_arena *arena, tw_merged *out, tw_error *error) {
+                       const uint8_t *joins, tw_arena *arena, tw_merged *out, tw_error *error) {
   *out = (tw_merged){0};
-  if (count == mesh->point_count && !left_out) return join_values(mesh, error);
-  merger m = {.mesh = mesh, .point_of = point_of, .point_count = count, .left_out = left_out, .arena = arena};
+  if (count == mesh->point_count && !left_out) return joins ? TW_OK : join_values(mesh, error);
+  merger m = {.mesh = mesh,
+              .point_of = point_of,
+              .point_count = count,
+              .left_out = left_out,
+              .joins = joins,
+              .arena = arena};
   tw_status status = merger_init(&m, error);
   if (status == TW_OK) {
     uint32_t faces = mesh->face_count;
@@ -330,7 +367,7 @@ static tw_status close_seams(tw_mesh *mesh, uint32_t *points, uint8_t *left_out,
   tw_status status = tw_weld_points(&soup, points, left_out, welded, error);
   uint32_t dropped = welded->collapsed + welded->doubled + welded->slivers;
   if (status == TW_OK)
-    status = merge(mesh, points, welded->point_count, dropped > 0 ? left_out : NULL, arena, out, error);
+    status = merge(mesh, points, welded->point_count, dropped > 0 ? left_out : NULL, NULL, arena, out, error);
   if (status == TW_OK) out->faces -= welded->doubled + welded->slivers;
   return status;
 }
@@ -356,17 +393,26 @@ static uint32_t count_bent(const tw_mesh *mesh, const uint32_t *point_of, uint32
   return bent;
 }
 
+/* Flags the new points that several old ones become. first: [point_count] scratch. joins: zeroed. */
+static void flag_merged(const uint32_t *point_of, uint32_t point_count, uint32_t *first, uint8_t *joins) {
+  for (uint32_t p = point_count; p-- > 0;) first[point_of[p]] = p;
+  for (uint32_t p = 0; p < point_count; p++) joins[point_of[p]] |= first[point_of[p]] != p;
+}
+
 tw_status tw_mesh_merge_within(tw_mesh *mesh, double distance, tw_arena *arena, tw_merged *out,
                                tw_error *error) {
   uint32_t *point_of = tw_alloc(mesh->point_count, 2 * sizeof *point_of), count = 0, bent = 0;
-  tw_status status =
-      point_of ? tw_weld_within(mesh->positions, mesh->point_count, distance, point_of, &count, error)
-               : no_memory(error);
+  uint8_t *joins = tw_alloc_zero(mesh->point_count, 1);
+  tw_status status = point_of && joins ? tw_weld_within(mesh->positions, mesh->point_count, distance,
+                                                        point_of, &count, error)
+                                       : no_memory(error);
   if (status == TW_OK) {
     bent = count_bent(mesh, point_of, point_of + mesh->point_count);
-    status = merge(mesh, point_of, count, NULL, arena, out, error);
+    flag_merged(point_of, mesh->point_count, point_of + mesh->point_count, joins);
+    status = merge(mesh, point_of, count, NULL, joins, arena, out, error);
   }
   if (status == TW_OK) out->bent = bent;
+  tw_free(joins);
   tw_free(point_of);
   return status;
 }

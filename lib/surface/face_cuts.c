@@ -1,9 +1,9 @@
 /* Finds the faces that are no fan from their first corner, and cuts them by their shape. Most faces are
  * triangles or convex, so cuts are few. Those of level 0 are listed once. Quads of levels below are looked at
- * when they are read, so that no level is too large: only where a face of the cage is not surely convex, and
- * there only those of the base's faces that are not, or near ones that are not. Millions of random quads of
- * other faces are convex, but all are not: neighbours that are folded over a face, and sharp turns of borders
- * and creases, can be made so that its children are concave. */
+ * when they are read, so that no level is too large: only where a face of the cage is not surely convex or is
+ * folded against a neighbour, and there only those of the base's faces that are, or near ones that are.
+ * Children of other faces, and of cages of triangles alone, are convex but for some in a million: beside
+ * creases that part cells of very different size, and where triangles are folded over each other. */
 
 #include <math.h>
 
@@ -209,14 +209,43 @@ static bool is_face_convex(const tw_topology *t, uint32_t face, const double *po
   return is_surely_convex(corners, tw_face_size(t, face), points, normal);
 }
 
-bool tw_cage_is_convex(const tw_topology *cage, const double *points) {
-  for (uint32_t f = 0; cage->face_size != 3 && f < cage->face_count; f++)
-    if (!is_face_convex(cage, f, points)) return false;
+/* Whether the face of a corner and its neighbour across the edge behind it look away from each other (a
+ * cosine below -0.1, so not the sides of a box). Their common vertices then move across them, and a child may
+ * be concave. normals: [faces][3]. */
+static bool is_folded(const tw_topology *t, uint32_t corner, const double *normals) {
+  const double *own = normals + 3 * (size_t)tw_corner_face(t, corner),
+               *other = normals + 3 * (size_t)tw_corner_face(t, t->sibling[corner]);
+  double along = tw_dot3(own, other);
+  return along < 0 && along * along > 0.01 * tw_dot3(own, own) * tw_dot3(other, other);
+}
+
+/* normals: [faces][3] receives those of all faces where true is returned. */
+static bool are_faces_convex(const tw_topology *cage, const double *points, double *normals) {
+  for (uint32_t f = 0; f < cage->face_count; f++) {
+    const uint32_t *corners = cage->corner_vertex + tw_face_begin(cage, f);
+    uint32_t size = tw_face_size(cage, f);
+    normal_of(corners, size, points, normals + 3 * (size_t)f);
+    if (size > 3 && !is_surely_convex(corners, size, points, normals + 3 * (size_t)f)) return false;
+  }
   return true;
 }
 
+tw_status tw_cage_is_convex(const tw_topology *cage, const double *points, bool *out) {
+  *out = true;
+  if (cage->face_size == 3) return TW_OK;
+  double *normals = tw_alloc(cage->face_count, 3 * sizeof *normals);
+  if (!normals) return TW_NO_MEMORY;
+  bool is_convex = are_faces_convex(cage, points, normals);
+  for (uint32_t c = 0; is_convex && c < cage->corner_count; c++)
+    is_convex = cage->sibling[c] <= c || !is_folded(cage, c, normals);
+  tw_free(normals);
+  *out = is_convex;
+  return TW_OK;
+}
+
 /* Marks the vertices of faces that may be concave, and those around which the surface is folded: a face looks
- * the other way than all of them together. normals: [faces][3] scratch, sums: [vertices][3] zeroed. */
+ * the other way than its neighbour, or than all of them together. normals: [faces][3] scratch, sums:
+ * [vertices][3] zeroed. */
 static void mark_folds(const tw_topology *base, const double *points, double *normals, double *sums,
                        uint8_t *marks) {
   for (uint32_t f = 0; f < base->face_count; f++) {
@@ -233,8 +262,12 @@ static void mark_folds(const tw_topology *base, const double *points, double *no
   }
   for (uint32_t f = 0; f < base->face_count; f++) {
     const uint32_t *corners = base->corner_vertex + tw_face_begin(base, f);
-    for (uint32_t k = 0; k < tw_face_size(base, f); k++)
+    uint32_t begin = tw_face_begin(base, f), size = tw_face_size(base, f);
+    for (uint32_t k = 0; k < size; k++) {
       if (tw_dot3(normals + 3 * (size_t)f, sums + 3 * (size_t)corners[k]) <= 0) marks[corners[k]] = 1;
+      if (is_folded(base, begin + k, normals))
+        marks[corners[k]] = marks[corners[k + 1 < size ? k + 1 : 0]] = 1;
+    }
   }
 }
 

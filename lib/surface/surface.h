@@ -187,9 +187,10 @@ tw_status tw_surface_keep_base(tw_surface *s, double **base, const tw_parallel_f
  * TW_CANCELLED. */
 tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw_parallel_for *parallel);
 
-/* Whether all faces of a cage are surely convex, so that quads of its levels are too. points: [vertices][3].
- * O(corners). */
-bool tw_cage_is_convex(const tw_topology *cage, const double *points);
+/* Whether all faces of a cage are surely convex and not folded against each other, so that quads of its
+ * levels are convex, but for some in a million. False also without memory. points: [vertices][3]. O(corners).
+ */
+tw_status tw_cage_is_convex(const tw_topology *cage, const double *points, bool *out);
 
 /* Finds how the faces of level 0 are cut into triangles, once the surface has positions. O(corners), but for
  * polygons that are no fan from their first corner: see tw_ear_clipper_cut. TW_NO_MEMORY, TW_CANCELLED. */

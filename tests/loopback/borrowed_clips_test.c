@@ -54,6 +54,33 @@ TEST_WITH(a_clip_of_another_skeleton_is_told_to_need_carrying_over, setup, fixtu
   reply_free(&r);
 }
 
+TEST_WITH(a_map_means_the_same_in_any_order, setup, fixture_stop) {
+  static const char *const maps[] = {"%7B%22a%22:%22x%22,%22b%22:%22y%22,%22c%22:%22z%22%7D",
+                                     "%7B%22c%22:%22z%22,%22a%22:%22x%22,%22b%22:%22y%22%7D",
+                                     "%7B%22c%22:null,%22a%22:%22x%22,%22b%22:%22y%22%7D"};
+  one_model *f = *state;
+  char lender[API_ID_TEXT], target[300], tag[128] = "";
+  loopback_upload(
+      f->loop, "application/json",
+      "{'nodes':[{'name':'a'},{'name':'b','parent':'a','translation':[0,1,0]},{'name':'c','parent':"
+      "'b','translation':[0,1,0]}],'clips':[{'name':'k','tracks':[{'node':'b','path':'rotation',"
+      "'times':[0,1],'quaternions':[[0,0,0,1],[0,0,0.6,0.8]]}]}]}",
+      lender);
+  loopback_upload(
+      f->loop, "application/json",
+      "{'nodes':[{'name':'x'},{'name':'y','parent':'x','translation':[0,2,0]},{'name':'z','parent':"
+      "'y','translation':[0,2,0]}]}",
+      f->id);
+  for (int i = 0; i < 3; i++) {
+    snprintf(target, sizeof target, "pose?at=1&clip=%s/k&retarget=auto&map=%s", lender, maps[i]);
+    reply r = ask(f, target);
+    assert_says(&r, "'rotation':[[0,0,0,1],[0,0,0.6,0.8],[0,0,0,1]]");
+    assert_int_equal(strcmp(tag, reply_header(&r, "ETag")) == 0, i == 1);
+    snprintf(tag, sizeof tag, "%s", reply_header(&r, "ETag"));
+    reply_free(&r);
+  }
+}
+
 /* Uploads two bones and a triangle with morph targets, whose weight a clip moves from 0 to 1 in 2 s. */
 static void upload_face(loopback *loop, const char *node, const char *targets, const char *clips,
                         char id[API_ID_TEXT]) {

@@ -314,6 +314,25 @@ TEST_WITH(head_tells_the_size_alone, setup, fixture_stop) {
   cJSON_Delete(counts);
 }
 
+/* Nodes take the points beyond floats: what is known without the surface is told to HEAD too. */
+TEST_WITH(head_is_refused_as_get_is, setup, fixture_stop) {
+  fixture *f = *state;
+  static const char *const forms[] = {"obj", "stl", "ply", "3mf", "json?shells=true", "glb", "bin"};
+  static const char far[] = "{\"meshes\":[{\"name\":\"m\",\"shape\":{\"kind\":\"box\",\"size\":[2,2,2]}}],"
+                            "\"nodes\":[{\"name\":\"a\",\"scale\":[1e30,1e30,1e30]},"
+                            "{\"mesh\":\"m\",\"parent\":\"a\",\"scale\":[1e30,1e30,1e30]}]}";
+  char id[API_ID_TEXT], rest[64];
+  loopback_upload(f->loop, "application/json", far, id);
+  for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
+    snprintf(rest, sizeof rest, "surface.%s", forms[i]);
+    reply get = model_ask(f->loop, "GET", id, rest, NULL), head = model_ask(f->loop, "HEAD", id, rest, NULL);
+    if (get.status != head.status) fail_msg("%s: GET %d, HEAD %d", rest, get.status, head.status);
+    assert_int_equal(get.status, i < 5 ? 422 : 200);
+    reply_free(&get);
+    reply_free(&head);
+  }
+}
+
 TEST_WITH(equal_questions_have_one_tag_and_one_answer, setup, fixture_stop) {
   fixture *f = *state;
   static const struct {
@@ -326,7 +345,17 @@ TEST_WITH(equal_questions_have_one_tag_and_one_answer, setup, fixture_stop) {
       {"surface", "surface?creasing=chaikin", false},
       {"levels.json", "levels.json?boundary=edge-and-corner&quads=ngon", true},
       {"levels.json", "levels.json?boundary=edge-only", false},
+      {"levels.json", "levels.json?clip=drive,aim", true},
+      {"levels.json", "levels.json?clip=drive", false},
+      {"levels.json", "levels.json?clip=none", false},
+      {"levels.json?clip=drive", "levels.json?clip=aim", false},
+      {"levels.json?root_motion=hull", "levels.json?root_motion=turret", false},
       {"surface.ply", "surface.ply?unit=m&scale=1", true},
+      {"surface?level=auto", "surface?level=auto&error=0.1%25&faces=200000", true},
+      {"surface?level=auto", "surface?level=auto&error=0.1%25", false},
+      {"surface?level=auto&faces=200000", "surface?level=auto", false},
+      {"surface", "surface?influences=4&details=false", true},
+      {"surface.stl", "surface.stl?uv=corners-only", true},
       {"surface?clip=drive&at=1", "surface?at=1.0", true},
       {"surface?level=01", "surface?level=1", true},
       {"surface", "surface?level=2", false},

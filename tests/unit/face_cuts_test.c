@@ -320,29 +320,32 @@ TEST(concave_quads_inside_an_open_border_are_cut_by_their_shape) {
 
 enum { SHEET = 5 }; /* points along a side */
 
-static bool has_convex_quads(double at[SHEET * SHEET][2]) {
+/* columns: the places of the columns before points were moved. */
+static bool has_convex_quads(double at[SHEET * SHEET][2], const double *columns) {
   for (int v = 0; v < SHEET * (SHEET - 1); v++) {
     if (v % SHEET == SHEET - 1) continue;
     const double *quad[4] = {at[v], at[v + 1], at[v + SHEET + 1], at[v + SHEET]};
+    double side = columns[v % SHEET + 1] > columns[v % SHEET] ? 1 : -1;
     for (int k = 0; k < 4; k++)
-      if (turn(quad[k], quad[(k + 1) % 4], quad[(k + 2) % 4]) < 1e-3) return false;
+      if (side * turn(quad[k], quad[(k + 1) % 4], quad[(k + 2) % 4]) < 1e-3) return false;
   }
   return true;
 }
 
-/* A sheet of convex quads whose points are moved about, with random creases. */
-static char *convex_sheet(uint64_t *seed) {
+/* A sheet of convex quads whose points are moved about, with random creases. Where columns run back, it is
+ * folded. */
+static char *convex_sheet(uint64_t *seed, const double columns[SHEET]) {
   double at[SHEET * SHEET][2];
   char *text = malloc(10000), *end = text;
   assert_non_null(text);
   for (int v = 0; v < SHEET * SHEET; v++) {
-    at[v][0] = v % SHEET;
+    at[v][0] = columns[v % SHEET];
     at[v][1] = v / SHEET;
   }
   for (int n = 0; n < 500; n++) {
     double *moved = at[(int)(ref_random(seed) * SHEET * SHEET)], before[2] = {moved[0], moved[1]};
     for (int c = 0; c < 2; c++) moved[c] += ref_between(seed, -0.5, 0.5);
-    if (!has_convex_quads(at)) memcpy(moved, before, sizeof before);
+    if (!has_convex_quads(at, columns)) memcpy(moved, before, sizeof before);
   }
   for (int v = 0; v < SHEET * SHEET; v++) end += sprintf(end, "v %.9g %.9g 0\n", at[v][0], at[v][1]);
   for (int v = 1; v < SHEET * (SHEET - 1); v++)
@@ -353,18 +356,30 @@ static char *convex_sheet(uint64_t *seed) {
   return text;
 }
 
-TEST(concave_quads_of_convex_faces_are_cut_by_their_shape) {
+static compared_quads compare_sheets(const double columns[SHEET], int count) {
   compared_quads compared = {0};
   uint64_t seed = 74;
-  for (int n = 0; n < 200; n++) {
+  for (int n = 0; n < count; n++) {
     fixture f;
-    char *text = convex_sheet(&seed);
+    char *text = convex_sheet(&seed, columns);
     fixture_init(&f, text);
     fixture_refine_by(&f, &(tw_surface_options){.level = 1 + (uint32_t)n % 2});
     compare_quads(&f, &compared);
     fixture_deinit(&f);
     free(text);
   }
+  return compared;
+}
+
+TEST(concave_quads_of_convex_faces_are_cut_by_their_shape) {
+  static const double columns[SHEET] = {0, 1, 2, 3, 4};
+  compared_quads compared = compare_sheets(columns, 200);
+  assert_true(compared.all > 5000 && compared.turned > 10);
+}
+
+TEST(concave_quads_beside_folds_are_cut_by_their_shape) {
+  static const double columns[SHEET] = {0, 2, 1.2, 3, 1.5};
+  compared_quads compared = compare_sheets(columns, 200);
   assert_true(compared.all > 5000 && compared.turned > 10);
 }
 

@@ -134,6 +134,10 @@ TEST(tags_that_do_not_fit_are_left_out_with_a_warning) {
       "{'points':2,'holes':[{'indices':3}]}",
       "{'points':2,'holes':[{'indices':0}]}",
       "{'points':2,'holes':[{'indices':13,'material':5}]}",
+      "{'points':2,'values':{'TEXCOORD_0':7}}",
+      "{'points':2,'values':{'TEXCOORD_0':5}}",
+      "{'points':2,'values':{'TEXCOORD_0':99}}",
+      "{'points':2,'values':{'_NONE':'2'}}",
   };
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
     tw_model *model = read_tagged(bad[i]);
@@ -161,4 +165,20 @@ TEST(points_that_no_face_uses_are_refused) {
   read_or_be_refused(13, "{'points':2}", "/meshes/0/extras/tweend/points");
   read_or_be_refused(13, "{'points':2,'creases':{'edges':15,'sharpness':5}}",
                      "/meshes/0/extras/tweend/points");
+}
+
+/* Of vertices that share a value but not their point, or not the number itself. */
+TEST(values_that_do_not_fit_are_left_out_with_a_warning) {
+  static const char *const bad[] = {"{'points':2,'values':{'TEXCOORD_0':4}}",
+                                    "{'points':2,'values':{'TEXCOORD_0':3}}"};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+    tw_model *model = read_tagged(bad[i]);
+    assert_true(warns_of(model, "extras.tweend of mesh 0: the values of TEXCOORD_0 are left out"));
+    assert_int_equal(model->meshes->uv_sets[0].value_count, 6);
+    tw_model_destroy(model);
+  }
+  tw_model *model = read_tagged("{'points':2,'values':{'TEXCOORD_0':2,'_NONE':2}}");
+  assert_int_equal(glb_warning_count(model), 0);
+  assert_int_equal(model->meshes->uv_sets[0].value_count, 6);
+  tw_model_destroy(model);
 }

@@ -40,6 +40,7 @@ public:
       corner_vertices_ = open_tag(corners, "vertices", false);
       corner_sharpness_ = open_tag(corners, "sharpness", true);
       check_points(positions);
+      open_values(tw_json_member(extras, "values"));
       open_holes(tw_json_member(extras, "holes"), *positions);
       open_details(tw_json_member(extras, "details"));
     } catch (const Refusal &refusal) {
@@ -76,6 +77,19 @@ public:
                ", and no face has it");
     point_count_ = static_cast<uint32_t>(std::count(has_face.begin(), has_face.end(), 1));
     return point_count_;
+  }
+
+  // The number of each vertex's value of an attribute, by the places of vertices in the file; nullptr where
+  // equal values are one.
+  const Elements *values_of(const std::string &attribute) const {
+    auto found = values_.find(attribute);
+    return are_there() && found != values_.end() ? found->second : nullptr;
+  }
+
+  void warn_of_values(const std::string &attribute) {
+    tw_model_warn(document_.model,
+                  "extras.tweend of mesh %zu: the values of %s are left out: they are others", index_,
+                  attribute.c_str());
   }
 
   // Puts faces and corners into the order that the mesh had, and tags it. The mesh must have the faces of the
@@ -115,6 +129,7 @@ private:
   const Elements *crease_edges_ = nullptr, *crease_sharpness_ = nullptr, *corner_vertices_ = nullptr,
                  *corner_sharpness_ = nullptr;
   std::vector<std::pair<uint32_t, const Elements *>> details_; // a level, its offsets
+  std::map<std::string, const Elements *> values_;
   Vector<Hole> holes_;
   struct Polygon {
     size_t triangle, size, first_corner;
@@ -181,6 +196,19 @@ private:
       if (!std::equal(own, own + 3, first)) refuse(TW_INVALID, pointer, "a point is at two places");
     }
     if (found != last + 1) refuse(TW_INVALID, pointer, "a point has no vertex");
+  }
+
+  void open_values(const char *values) {
+    if (!values || *values != '{') return;
+    for (Items item(values); item.more(); item.next()) {
+      std::string pointer = place_of("values");
+      const Elements &numbers = accessors_.open(index_of(item.value()), TINYGLTF_TYPE_SCALAR, pointer);
+      if (numbers.component_type() != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT ||
+          numbers.count() != points_->count())
+        refuse(TW_INVALID, pointer, "there are not as many values as vertices");
+      document_.spend_values(numbers.count(), pointer, "the values of cages");
+      values_[unescape(item.key())] = &numbers;
+    }
   }
 
   void open_holes(const char *holes, const Elements &positions) {

@@ -57,7 +57,7 @@ public:
     if (!elements_.empty()) {
       weld();
       drop_doubled_corners();
-      write_vertices(document_, index_, opened_, {elements_, point_, first_vertex_, view_soup()},
+      write_vertices(document_, index_, opened_, {elements_, point_, first_vertex_, view_soup(), tags_},
                      skin_joints_, !tags_.has_computed_normals());
       for (const FaceList &list : lists_) mesh_.has_tangents |= bears_normal_map(list.material);
     } else {

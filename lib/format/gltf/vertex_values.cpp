@@ -28,7 +28,7 @@ public:
               size_t skin_joints)
       : document_(document), index_(mesh), skin_joints_(skin_joints), mesh_(document.model->meshes[mesh]),
         opened_(sources), sources_(sources.all), soup_(vertices.soup), element_(vertices.element),
-        point_(vertices.point), first_vertex_(vertices.first_vertex) {}
+        point_(vertices.point), first_vertex_(vertices.first_vertex), tags_(vertices.tags) {}
 
   void write(bool keeps_normals) {
     write_points();
@@ -44,6 +44,7 @@ private:
   const Vector<VertexSource> &sources_;
   const tw_soup &soup_;
   const Vector<uint32_t> &element_, &point_, &first_vertex_;
+  CageTags &tags_;
 
   void read_vertex(const Elements *elements, uint32_t vertex, float *out) const {
     elements->read(element_[vertex], out);
@@ -82,7 +83,7 @@ private:
       if (!is_color) columns_left -= width;
       tw_attribute &made = attributes[count++];
       made = {copy_name(document_, name), width, is_color, nullptr, 0, nullptr, numbers};
-      write_attribute(read_attribute(i), made);
+      write_attribute(read_attribute(i), name, made);
     }
     mesh_.attributes = attributes;
     mesh_.attribute_count = count;
@@ -126,11 +127,11 @@ private:
 
   // Keeps one value for each point or, where vertices of one point differ, values of corners. rows: the
   // values of the vertices.
-  void write_attribute(const Vector<float> &rows, tw_attribute &attribute) {
+  void write_attribute(const Vector<float> &rows, const std::string &name, tw_attribute &attribute) {
     uint32_t width = attribute.width;
-    if (tw_values_part(point_.data(), static_cast<uint32_t>(element_.size()), first_vertex_.data(),
-                       rows.data(), width)) {
-      tw_channel made = weld_values(rows, width);
+    if (tags_.values_of(name) || tw_values_part(point_.data(), static_cast<uint32_t>(element_.size()),
+                                                first_vertex_.data(), rows.data(), width)) {
+      tw_channel made = weld_values(rows, width, name);
       attribute.values = made.values;
       attribute.value_count = made.value_count;
       attribute.corners = made.corners;
@@ -142,11 +143,37 @@ private:
     attribute.values = values;
   }
 
-  // The values of corners of what vertices have.
-  tw_channel weld_values(const Vector<float> &rows, uint32_t width) {
+  // Numbers the values of the vertices in the order of their first vertices, as a cage tells them apart.
+  // False where vertices that share one are at two points or have two values: another program has changed
+  // them.
+  bool number_values(const Elements &numbers, const Vector<float> &rows, uint32_t width,
+                     Vector<uint32_t> &value, uint32_t &count) const {
+    Vector<uint32_t> first(document_.budget, numbers.count(), UINT32_MAX);
+    for (uint32_t v = 0; v < value.size(); v++) {
+      uint32_t number = numbers.read_index(element_[v]);
+      work(1);
+      if (number >= first.size()) return false;
+      if (first[number] == UINT32_MAX) {
+        first[number] = v;
+        value[v] = count++;
+        continue;
+      }
+      uint32_t other = first[number];
+      value[v] = value[other];
+      const float *own = &rows[size_t{width} * v], *shared = &rows[size_t{width} * other];
+      if (point_[v] != point_[other] || tw_compare_floats(own, shared, width) != 0) return false;
+    }
+    return true;
+  }
+
+  // The values of corners of what vertices have. name: of the attribute.
+  tw_channel weld_values(const Vector<float> &rows, uint32_t width, const std::string &name) {
     uint32_t vertices = static_cast<uint32_t>(element_.size()), count = 0;
     Vector<uint32_t> value(document_.budget, vertices);
-    {
+    const Elements *told = tags_.values_of(name);
+    bool is_told = told && number_values(*told, rows, width, value, count);
+    if (told && !is_told) tags_.warn_of_values(name);
+    if (!is_told) {
       Hold hold(document_.budget, tw_weld_size(soup_.vertex_count, soup_.corner_count));
       check_status(tw_weld_values(&soup_, point_.data(), mesh_.point_count, rows.data(), width, value.data(),
                                   &count, nullptr));
@@ -246,7 +273,7 @@ private:
       }
       if (!any) document_.note(text("TEXCOORD_", set, " is added, all 0 0: there are further sets"));
       document_.partly_textured += any && !all;
-      tw_channel made = weld_values(read_uvs(set), 2);
+      tw_channel made = weld_values(read_uvs(set), 2, text("TEXCOORD_", set));
       mesh_.uv_sets[mesh_.uv_set_count++] = {made.value_count, made.values, made.corners};
     }
     for (const VertexSource &source : sources_)

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "gltf/cage_tags.hpp"
 #include "gltf/vertex_sources.hpp"
 #include "merge_points.h"
 
@@ -17,6 +18,7 @@ struct Vertices {
   const Vector<uint32_t> &point;        // of each vertex
   const Vector<uint32_t> &first_vertex; // of each point
   tw_soup soup;                         // at the corners of faces
+  CageTags &tags;
 };
 
 // A status of what welds: TW_OK, or else no memory, or the result is not wanted any more, of which the meter

@@ -197,12 +197,13 @@ typedef struct tw_scene {
  * cannot say, so that tw_gltf_read makes the same mesh of it: {"points": the point of each vertex, "faces":
  * the mesh's face that each face of the answer is (left out if they ascend), "starts": the corner of the
  * mesh's face that each face of the answer begins with (left out if all are 0), "polygons": {"triangles": the
- * number of the first triangle of each face that no fan shows, "sizes", "corners": their vertices},
- * "creases": {"edges": [][2], "sharpness"}, "corners": {"vertices", "sharpness"}, "groups": {"names": ["a b",
- * ...], the sets that faces of the mesh are in, "faces": the set of each face, an index of names, or 2^32 -
- * 1}, "holes": [{"indices", "material"}], "details": [{"level", "offsets"}] as tw_detail, "rules":
- * {"boundary", "uv", "creasing", "triangles"}, "computed_normals": 1 where the mesh has none}. All numbers
- * but levels, materials and rules are indices of accessors. No primitive draws a hole. */
+ * number of the first triangle of each face that no fan shows, "sizes", "corners": their vertices}, "values":
+ * {"TEXCOORD_0", ...} for attributes of corners with seams between equal values: of each vertex the number of
+ * its value, "creases": {"edges": [][2], "sharpness"}, "corners": {"vertices", "sharpness"}, "groups":
+ * {"names": ["a b", ...], the sets that faces of the mesh are in, "faces": the set of each face, an index of
+ * names, or 2^32 - 1}, "holes": [{"indices", "material"}], "details": [{"level", "offsets"}] as tw_detail,
+ * "rules": {"boundary", "uv", "creasing", "triangles"}, "computed_normals": 1 where the mesh has none}. All
+ * numbers but levels, materials and rules are indices of accessors. No primitive draws a hole. */
 typedef struct tw_gltf_stream tw_gltf_stream;
 
 /* container: TW_FORMAT_GLB, or TW_FORMAT_GLTF (one JSON file, buffers as base64 data URIs).
