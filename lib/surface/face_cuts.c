@@ -210,13 +210,13 @@ static bool is_face_convex(const tw_topology *t, uint32_t face, const double *po
 }
 
 /* Whether the face of a corner and its neighbour across the edge behind it look away from each other (a
- * cosine below -0.1, so not the sides of a box). Their common vertices then move across them, and a child may
- * be concave. normals: [faces][3]. */
+ * cosine below -0.5). Their common vertices then move across them, and a child may be concave. normals:
+ * [faces][3]. */
 static bool is_folded(const tw_topology *t, uint32_t corner, const double *normals) {
   const double *own = normals + 3 * (size_t)tw_corner_face(t, corner),
                *other = normals + 3 * (size_t)tw_corner_face(t, t->sibling[corner]);
   double along = tw_dot3(own, other);
-  return along < 0 && along * along > 0.01 * tw_dot3(own, own) * tw_dot3(other, other);
+  return along < 0 && along * along > 0.25 * tw_dot3(own, own) * tw_dot3(other, other);
 }
 
 /* normals: [faces][3] receives those of all faces where true is returned. */
