@@ -66,9 +66,8 @@ static const setting known_settings[] = {
     {"store-limit", KIND_SIZE, AT(store_limit), "0", 0, UINT64_C(1) << 60, NULL, "SIZE",
      "total bytes of stored models; further uploads are answered 507; 0: no limit"},
     {"min-free", KIND_SIZE, AT(min_free), NULL, 0, UINT64_C(1) << 60, NULL, "SIZE",
-     "disk space that stays free beside the stored models; uploads, and other bodies over 1 MiB, are "
-     "answered "
-     "507 below it (default: 1GiB, or 5% of a smaller file system)"},
+     "disk space that stays free beside the stored models; uploads, and other bodies that are kept on disk "
+     "while they arrive, are answered 507 below it (default: 1GiB, or 5% of a smaller file system)"},
     {"spool-limit", KIND_SIZE, AT(spool_limit), "0", 0, UINT64_C(1) << 60, NULL, "SIZE",
      "total bytes on disk of request bodies in progress; further bodies are answered 503; at least "
      "--max-upload, or 0: no limit"},
@@ -100,8 +99,8 @@ static const setting known_settings[] = {
      "memory for models, plans and small answers that are kept between requests"},
     {"max-memory", KIND_SIZE, AT(max_memory), NULL, UINT64_C(16) << 20, UINT64_C(1) << 50, NULL, "SIZE",
      "memory of all requests, live streams and caches; a request waits for memory and is answered 503 if "
-     "that "
-     "takes too long, 422 if it needs more than all of it (default: 1GiB, or 3/4 of the cgroup's limit)"},
+     "that takes too long, 422 if it needs more than all of it (default: 1GiB, or 3/4 of the cgroup's "
+     "limit)"},
     {"header-timeout", KIND_DURATION, AT(header_timeout), "10s", 1, DAY_MS, NULL, "DURATION",
      "time for a request's headers to arrive"},
     {"idle-timeout", KIND_DURATION, AT(idle_timeout), "60s", 1, DAY_MS, NULL, "DURATION",
