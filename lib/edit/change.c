@@ -320,8 +320,12 @@ static uint8_t *flag_merged(const maker *m, bool *any) {
     merged[c->corners[i]] |= *known != old;
     *any |= *known != old;
   }
+  if (!first) {
+    tw_free(merged);
+    return NULL;
+  }
   tw_free(first);
-  return first ? merged : NULL;
+  return merged;
 }
 
 static uint32_t list_sides(const maker *m, const uint8_t *merged, side *sides) {
