@@ -314,8 +314,8 @@ static inline double part_until(double rounds, double last) {
   return part < 1 ? part : 1;
 }
 
-/* The same, finding the round. *last: the end of some round; receives that of this one, so that further times
- * in it need no search. */
+/* Like the function above, but finds the round, too. *last: the end of some round; receives that of the round
+ * found, so that further times in this round need no search. */
 static inline double part_of_round(double rounds, double *last) {
   if (rounds <= 0) return rounds - floor(rounds);
   double early = rounds - ROUND_SLACK;

@@ -4,10 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "editor.h"
+#include "change_maker.h"
 #include "sorted.h"
-#include "union_find.h"
-#include "weld.h"
+
 static uint64_t most(uint64_t a, uint64_t b) {
   return a > b ? a : b;
 }
@@ -98,75 +97,29 @@ void tw_change_turn_face(tw_change *change, uint32_t face, const uint32_t *point
   tw_change_face(change, face, flags);
 }
 
-static uint32_t corner_behind(const tw_change *c, uint32_t face, uint32_t corner) {
-  return corner + 1 < c->face_offsets[face + 1] ? corner + 1 : c->face_offsets[face];
-}
-
 /* ---- the mesh that is made ----------------------------------------------------------------------------- */
 
-/* An edge of two faces that were at different edges before. */
-typedef struct welded_edge {
-  uint32_t ends[2][2]; /* the corners at each of its ends, of both faces */
-} welded_edge;
-
-typedef struct maker {
-  const tw_change *change;
-  const tw_mesh *from;
-  tw_mesh *to;
-  tw_arena *arena;
-  const tw_editor *editor;
-  welded_edge *welded; /* [welded_count], malloc'ed */
-  uint32_t welded_count;
-} maker;
-
-/* The terms of a parent. before: the count of old points or corners. single: room for the term of a parent
- * that is not a mix. */
-static const tw_term *terms_of(const tw_change *c, uint32_t parent, uint32_t before, tw_term *single,
-                               uint32_t *count) {
-  if (parent < before) {
-    *single = (tw_term){parent, 1};
-    *count = 1;
-    return single;
-  }
-  const uint32_t *offsets = c->mix_offsets + (parent - before);
-  *count = offsets[1] - offsets[0];
-  return c->terms + offsets[0];
-}
-
-/* Clamps to the coordinate limit: a weighted mean may lie outside its terms. */
-static float within_limits(double value) {
-  return (float)fmax(-(double)TW_COORDINATE_MAX, fmin(value, (double)TW_COORDINATE_MAX));
-}
-
 /* Mixes rows of `width` numbers, one row for each old point. NULL without memory. */
-static float *mix_points(const maker *m, const float *rows, uint32_t width) {
+static float *mix_points(const tw_change_maker *m, const float *rows, uint32_t width) {
   const tw_change *c = m->change;
   float *out = tw_arena_alloc_raw(m->arena, (size_t)c->point_count * width, sizeof *out);
   for (uint32_t p = 0; out && p < c->point_count; p++) {
     uint32_t count;
     tw_term single;
-    const tw_term *terms = terms_of(c, c->point_parents[p], m->from->point_count, &single, &count);
+    const tw_term *terms = tw_terms_of(c, c->point_parents[p], m->from->point_count, &single, &count);
     for (uint32_t k = 0; k < width; k++) {
       double sum = 0;
       for (uint32_t i = 0; i < count; i++)
         sum += terms[i].weight * (double)rows[(size_t)width * terms[i].index + k];
-      out[(size_t)width * p + k] = within_limits(sum);
+      out[(size_t)width * p + k] = tw_within_limits(sum);
     }
   }
   return out;
 }
 
-/* The term of the greatest weight, the first of equal ones. */
-static const tw_term *heaviest(const tw_term *terms, uint32_t count) {
-  const tw_term *out = terms;
-  for (uint32_t i = 1; i < count; i++)
-    if (terms[i].weight > out->weight) out = &terms[i];
-  return out;
-}
-
 /* Mixes the values of an attribute of points; whole numbers are those of the heaviest term. NULL without
  * memory. */
-static float *mix_attribute(const maker *m, const tw_attribute *from) {
+static float *mix_attribute(const tw_change_maker *m, const tw_attribute *from) {
   const tw_change *c = m->change;
   uint32_t width = from->width;
   if (from->numbers == TW_NUMBERS_REAL) return mix_points(m, from->values, width);
@@ -174,8 +127,8 @@ static float *mix_attribute(const maker *m, const tw_attribute *from) {
   for (uint32_t p = 0; out && p < c->point_count; p++) {
     uint32_t count;
     tw_term single;
-    const tw_term *terms = terms_of(c, c->point_parents[p], m->from->point_count, &single, &count);
-    memcpy(out + (size_t)width * p, from->values + (size_t)width * heaviest(terms, count)->index,
+    const tw_term *terms = tw_terms_of(c, c->point_parents[p], m->from->point_count, &single, &count);
+    memcpy(out + (size_t)width * p, from->values + (size_t)width * tw_heaviest_term(terms, count)->index,
            width * sizeof *out);
   }
   return out;
@@ -218,7 +171,7 @@ static void keep_heaviest(pull *pulls, uint32_t count, uint32_t most, uint16_t *
   }
 }
 
-static bool mix_skin(const maker *m) {
+static bool mix_skin(const tw_change_maker *m) {
   const tw_change *c = m->change;
   const tw_skin_weights *skin = &m->from->skin;
   if (!skin->joints) return true;
@@ -230,7 +183,7 @@ static bool mix_skin(const maker *m) {
   for (uint32_t p = 0; has_room && p < c->point_count; p++) {
     uint32_t count, pull_count = 0;
     tw_term single;
-    const tw_term *terms = terms_of(c, c->point_parents[p], m->from->point_count, &single, &count);
+    const tw_term *terms = tw_terms_of(c, c->point_parents[p], m->from->point_count, &single, &count);
     if (count == 1) {
       memcpy(joints + width * p, skin->joints + width * terms->index, width * sizeof *joints);
       memcpy(weights + width * p, skin->weights + width * terms->index, width * sizeof *weights);
@@ -250,7 +203,7 @@ static bool mix_skin(const maker *m) {
 
 /* ---- points -------------------------------------------------------------------------------------------- */
 
-static bool make_points(const maker *m) {
+static bool make_points(const tw_change_maker *m) {
   const tw_mesh *from = m->from;
   tw_mesh *to = m->to;
   to->point_count = m->change->point_count;
@@ -275,7 +228,7 @@ static bool make_points(const maker *m) {
 
 /* ---- faces --------------------------------------------------------------------------------------------- */
 
-static bool make_faces(const maker *m) {
+static bool make_faces(const tw_change_maker *m) {
   const tw_change *c = m->change;
   const tw_mesh *from = m->from;
   tw_mesh *to = m->to;
@@ -289,281 +242,6 @@ static bool make_faces(const maker *m) {
   to->face_offsets = offsets;
   to->corners = corners;
   return tw_mesh_take_faces(to, from, c->face_parents, c->face_count, m->arena) == TW_OK;
-}
-
-/* ---- edges that become one ---------------------------------------------------------------------------- */
-
-/* A face's side at points that were several: from corner to corner_behind. */
-typedef struct side {
-  uint32_t low, high, corner, behind;
-} side;
-
-static int compare_sides(const void *left, const void *right) {
-  const side *a = left, *b = right;
-  if (a->low != b->low) return a->low < b->low ? -1 : 1;
-  if (a->high != b->high) return a->high < b->high ? -1 : 1;
-  return a->corner < b->corner ? -1 : a->corner > b->corner;
-}
-
-/* Flags the new points at which corners of several old points are: [point_count]. NULL without memory. *any:
- * whether there is one. */
-static uint8_t *flag_merged(const maker *m, bool *any) {
-  const tw_change *c = m->change;
-  uint8_t *merged = tw_alloc_zero(c->point_count, 1);
-  uint32_t *first = tw_alloc(c->point_count, sizeof *first);
-  *any = false;
-  if (first && c->point_count > 0) memset(first, 0xFF, c->point_count * sizeof *first);
-  for (uint32_t i = 0; merged && first && i < c->corner_count; i++) {
-    if (c->corner_parents[i] >= m->from->corner_count) continue;
-    uint32_t old = m->from->corners[c->corner_parents[i]], *known = &first[c->corners[i]];
-    if (*known == UINT32_MAX) *known = old;
-    merged[c->corners[i]] |= *known != old;
-    *any |= *known != old;
-  }
-  if (!first) {
-    tw_free(merged);
-    return NULL;
-  }
-  tw_free(first);
-  return merged;
-}
-
-static uint32_t list_sides(const maker *m, const uint8_t *merged, side *sides) {
-  const tw_change *c = m->change;
-  uint32_t count = 0;
-  for (uint32_t f = 0; f < c->face_count; f++)
-    for (uint32_t i = c->face_offsets[f]; i < c->face_offsets[f + 1]; i++) {
-      uint32_t behind = corner_behind(c, f, i), a = c->corners[i], b = c->corners[behind];
-      if (merged[a] || merged[b]) sides[count++] = (side){a < b ? a : b, a < b ? b : a, i, behind};
-    }
-  return count;
-}
-
-/* Keeps the pairs of opposite sides that were at different edges. sides: sorted. */
-static void pair_sides(maker *m, const side *sides, uint32_t count) {
-  const tw_change *c = m->change;
-  for (uint32_t i = 0, end; i < count; i = end) {
-    for (end = i + 1; end < count && sides[end].low == sides[i].low && sides[end].high == sides[i].high;)
-      end++;
-    const side *a = &sides[i], *b = &sides[i + 1];
-    if (end - i != 2 || c->corners[a->corner] != c->corners[b->behind]) continue;
-    uint32_t edge = c->corner_edges[a->corner];
-    if (edge != UINT32_MAX && edge == c->corner_edges[b->corner]) continue;
-    m->welded[m->welded_count++] = (welded_edge){{{a->corner, b->behind}, {a->behind, b->corner}}};
-  }
-}
-
-/* Finds the edges that the change has made of two. False without memory. */
-static bool find_welded(maker *m) {
-  bool any, has_room = false;
-  uint8_t *merged = flag_merged(m, &any);
-  side *sides = merged && any ? tw_alloc(m->change->corner_count, sizeof *sides) : NULL;
-  if (sides) {
-    uint32_t count = list_sides(m, merged, sides);
-    m->welded = tw_alloc(count, sizeof *m->welded);
-    has_room = m->welded && tw_sort(sides, count, sizeof *sides, compare_sides) == TW_OK;
-    if (has_room) pair_sides(m, sides, count);
-  }
-  has_room |= merged && !any;
-  tw_free(merged);
-  tw_free(sides);
-  return has_room;
-}
-
-/* ---- values of corners --------------------------------------------------------------------------------- */
-
-/* A new corner whose value is a mean. Such corners of one point share a value where the first and the last
- * terms of their means had the same values. So a seam continues, and the two sides of an edge that is no seam
- * stay joined. */
-typedef struct mean {
-  uint32_t point, first, last, corner;
-} mean;
-
-static int compare_means(const void *left, const void *right) {
-  const mean *a = left, *b = right;
-  if (a->point != b->point) return a->point < b->point ? -1 : 1;
-  if (a->first != b->first) return a->first < b->first ? -1 : 1;
-  if (a->last != b->last) return a->last < b->last ? -1 : 1;
-  return a->corner < b->corner ? -1 : a->corner > b->corner;
-}
-
-/* The values of a channel in the making. A corner's value is an old index, or the count of old values plus
- * the number of a new one. */
-typedef struct values {
-  uint32_t *of_corner; /* [corner_count] */
-  uint32_t *number;    /* [old value_count] new index, UINT32_MAX: no longer used */
-  mean *means;         /* [mean_count] */
-  uint32_t mean_count, new_count;
-  float *fresh; /* [new_count][width] */
-} values;
-
-static void values_deinit(values *v) {
-  tw_free(v->of_corner);
-  tw_free(v->number);
-  tw_free(v->means);
-  tw_free(v->fresh);
-}
-
-/* Whether all corners of a mean have the same value. */
-static bool is_one_value(const tw_channel *set, const tw_term *terms, uint32_t count) {
-  for (uint32_t i = 1; i < count; i++)
-    if (set->corners[terms[i].index] != set->corners[terms[0].index]) return false;
-  return true;
-}
-
-/* Whether a mean lies beyond its terms. A map goes on past the edge of a face; a colour does not. */
-static bool is_beyond(const tw_term *terms, uint32_t count) {
-  for (uint32_t i = 0; i < count; i++)
-    if (terms[i].weight < 0) return true;
-  return false;
-}
-
-/* is_map: the channel is a UV set. */
-static bool find_values(const maker *m, const tw_channel *set, bool is_map, values *v) {
-  const tw_change *c = m->change;
-  uint32_t mixes = 0;
-  for (uint32_t i = 0; i < c->corner_count; i++) mixes += c->corner_parents[i] >= m->from->corner_count;
-  v->of_corner = tw_alloc(c->corner_count, sizeof *v->of_corner);
-  v->number = tw_alloc(set->value_count, sizeof *v->number);
-  v->means = tw_alloc(mixes, sizeof *v->means);
-  v->fresh = tw_alloc(mixes, set->width * sizeof *v->fresh);
-  if (!v->of_corner || !v->number || !v->means || !v->fresh) return false;
-  for (uint32_t i = 0; i < c->corner_count; i++) {
-    uint32_t count;
-    tw_term single;
-    const tw_term *terms = terms_of(c, c->corner_parents[i], m->from->corner_count, &single, &count);
-    uint32_t first = set->corners[terms[0].index], last = set->corners[terms[count - 1].index];
-    if (set->is_whole || (!is_map && is_beyond(terms, count)))
-      v->of_corner[i] = set->corners[heaviest(terms, count)->index];
-    else if (is_one_value(set, terms, count))
-      v->of_corner[i] = first;
-    else
-      v->means[v->mean_count++] = (mean){c->corners[i], first, last, i};
-  }
-  return true;
-}
-
-/* Writes the mean of the values at some corners. */
-static void write_mean(const tw_channel *set, const tw_term *terms, uint32_t count, float *out) {
-  double sum[4] = {0};
-  for (uint32_t i = 0; i < count; i++) {
-    const float *value = set->values + (size_t)set->width * set->corners[terms[i].index];
-    for (uint32_t k = 0; k < set->width; k++) sum[k] += terms[i].weight * (double)value[k];
-  }
-  for (uint32_t k = 0; k < set->width; k++) out[k] = within_limits(sum[k]);
-}
-
-static bool join_values(const maker *m, const tw_channel *set, values *v) {
-  const tw_change *c = m->change;
-  if (tw_sort(v->means, v->mean_count, sizeof *v->means, compare_means) != TW_OK) return false;
-  for (uint32_t i = 0; i < v->mean_count; i++) {
-    const mean *a = &v->means[i], *b = i > 0 ? a - 1 : NULL;
-    if (!b || a->point != b->point || a->first != b->first || a->last != b->last) {
-      uint32_t count;
-      tw_term single;
-      const tw_term *terms =
-          terms_of(c, c->corner_parents[a->corner], m->from->corner_count, &single, &count);
-      write_mean(set, terms, count, v->fresh + (size_t)set->width * v->new_count++);
-    }
-    v->of_corner[a->corner] = set->value_count + v->new_count - 1;
-  }
-  return true;
-}
-
-/* The value at a corner, in the making. */
-static const float *value_row(const tw_channel *set, const values *v, uint32_t corner) {
-  uint32_t value = v->of_corner[corner];
-  return value < set->value_count ? set->values + (size_t)set->width * value
-                                  : v->fresh + (size_t)set->width * (value - set->value_count);
-}
-
-/* A corner of a new point, with its value. */
-typedef struct corner_value {
-  uint32_t point, value, corner;
-} corner_value;
-
-static int compare_corner_values(const void *left, const void *right) {
-  const corner_value *a = left, *b = right;
-  if (a->point != b->point) return a->point < b->point ? -1 : 1;
-  if (a->value != b->value) return a->value < b->value ? -1 : 1;
-  return a->corner < b->corner ? -1 : a->corner > b->corner;
-}
-
-static bool same_rows(const tw_channel *set, const values *v, uint32_t a, uint32_t b) {
-  return tw_compare_floats(value_row(set, v, a), value_row(set, v, b), set->width) == 0;
-}
-
-/* Where the change has made two edges one, makes equal values on its two sides one, as readers do where they
- * weld. All other seams stay: values that are equal and not one are a seam of the mesh's. */
-static bool join_welded(const maker *m, const tw_channel *set, values *v) {
-  const tw_change *c = m->change;
-  uint32_t *joined = tw_alloc(c->corner_count, sizeof *joined);
-  corner_value *sorted = tw_alloc(c->corner_count, sizeof *sorted);
-  bool has_room = joined && sorted;
-  for (uint32_t i = 0; has_room && i < c->corner_count; i++)
-    sorted[i] = (corner_value){c->corners[i], v->of_corner[i], i};
-  has_room = has_room && tw_sort(sorted, c->corner_count, sizeof *sorted, compare_corner_values) == TW_OK;
-  if (has_room) tw_union_find_init(joined, c->corner_count);
-  for (uint32_t i = 1; has_room && i < c->corner_count; i++)
-    if (sorted[i].point == sorted[i - 1].point && sorted[i].value == sorted[i - 1].value)
-      tw_union_find_join(joined, sorted[i].corner, sorted[i - 1].corner);
-  for (uint32_t i = 0; has_room && i < m->welded_count; i++) {
-    const welded_edge *edge = &m->welded[i];
-    if (!same_rows(set, v, edge->ends[0][0], edge->ends[0][1]) ||
-        !same_rows(set, v, edge->ends[1][0], edge->ends[1][1]))
-      continue;
-    for (int k = 0; k < 2; k++) tw_union_find_join(joined, edge->ends[k][0], edge->ends[k][1]);
-  }
-  for (uint32_t i = 0; has_room && i < c->corner_count; i++)
-    v->of_corner[i] = v->of_corner[tw_union_find_root(joined, i)];
-  tw_free(sorted);
-  tw_free(joined);
-  return has_room;
-}
-
-/* Writes the old values that corners still use, in their order, then the new ones. */
-static bool number_values(const maker *m, const tw_channel *from, values *v, tw_channel *to) {
-  uint32_t corner_count = m->change->corner_count, kept = 0;
-  size_t row = from->width * sizeof(float);
-  memset(v->number, 0xFF, from->value_count * sizeof *v->number);
-  for (uint32_t i = 0; i < corner_count; i++)
-    if (v->of_corner[i] < from->value_count) v->number[v->of_corner[i]] = 0;
-  for (uint32_t i = 0; i < from->value_count; i++)
-    if (v->number[i] == 0) v->number[i] = kept++;
-  uint32_t *corners = tw_arena_alloc_raw(m->arena, corner_count, sizeof *corners);
-  float *out = tw_arena_alloc_raw(m->arena, (size_t)kept + v->new_count, row);
-  if (!corners || !out) return false;
-  for (uint32_t i = 0; i < from->value_count; i++)
-    if (v->number[i] != UINT32_MAX)
-      memcpy(out + from->width * (size_t)v->number[i], from->values + from->width * (size_t)i, row);
-  if (v->new_count > 0) memcpy(out + from->width * (size_t)kept, v->fresh, v->new_count * row);
-  for (uint32_t i = 0; i < corner_count; i++) {
-    uint32_t value = v->of_corner[i];
-    corners[i] = value < from->value_count ? v->number[value] : kept + (value - from->value_count);
-  }
-  *to = (tw_channel){from->width, kept + v->new_count, out, corners, from->is_whole};
-  return true;
-}
-
-static bool make_channel(const maker *m, const tw_channel *from, bool is_map, tw_channel *to) {
-  values v = {0};
-  bool has_room = find_values(m, from, is_map, &v) && join_values(m, from, &v) &&
-                  (m->welded_count == 0 || join_welded(m, from, &v)) && number_values(m, from, &v, to);
-  values_deinit(&v);
-  return has_room;
-}
-
-/* The mesh has its attributes already. */
-static bool make_channels(maker *m) {
-  tw_channel channels[TW_CHANNELS_MAX], made[TW_CHANNELS_MAX];
-  uint32_t count = tw_mesh_channels(m->from, channels);
-  bool has_room = count == 0 || find_welded(m);
-  for (uint32_t i = 0; i < count && has_room; i++)
-    has_room = make_channel(m, &channels[i], i < m->from->uv_set_count, &made[i]);
-  /* make_points has allocated the attributes of the mesh that is made. */
-  if (has_room) tw_mesh_set_channels(m->to, made, (tw_attribute *)m->to->attributes);
-  tw_free(m->welded);
-  return has_room;
 }
 
 /* ---- tags ---------------------------------------------------------------------------------------------- */
@@ -588,14 +266,14 @@ static uint32_t list_creases(const tw_change *c, const float *sharpness, crease 
     for (uint32_t i = c->face_offsets[f]; i < c->face_offsets[f + 1]; i++) {
       uint32_t edge = c->corner_edges[i];
       if (edge == UINT32_MAX || !(sharpness[edge] > 0)) continue;
-      uint32_t a = c->corners[i], b = c->corners[corner_behind(c, f, i)];
+      uint32_t a = c->corners[i], b = c->corners[tw_corner_behind(c, f, i)];
       if (creases) creases[count] = (crease){{a < b ? a : b, a < b ? b : a}, sharpness[edge]};
       count++;
     }
   return count;
 }
 
-static bool store_creases(const maker *m, crease *creases, uint32_t count) {
+static bool store_creases(const tw_change_maker *m, crease *creases, uint32_t count) {
   uint32_t kept = 0;
   if (tw_sort(creases, count, sizeof *creases, compare_creases) != TW_OK) return false;
   for (uint32_t i = 0; i < count; i++)
@@ -614,7 +292,7 @@ static bool store_creases(const maker *m, crease *creases, uint32_t count) {
   return true;
 }
 
-static bool carry_creases(const maker *m) {
+static bool carry_creases(const tw_change_maker *m) {
   const tw_topology *t = m->editor->topology;
   if (m->from->crease_count == 0) return true;
   float *sharpness = tw_alloc_zero(t->edge_count, sizeof *sharpness);
@@ -636,7 +314,7 @@ static bool carry_creases(const maker *m) {
 }
 
 /* A new point whose parent is an old point keeps its sharpness. */
-static bool carry_sharp_points(const maker *m) {
+static bool carry_sharp_points(const tw_change_maker *m) {
   const tw_change *c = m->change;
   tw_mesh *to = m->to;
   if (m->from->sharp_point_count == 0) return true;
@@ -659,7 +337,7 @@ static bool carry_sharp_points(const maker *m) {
 }
 
 /* A part of a hole is a hole. */
-static bool carry_holes(const maker *m) {
+static bool carry_holes(const tw_change_maker *m) {
   const tw_change *c = m->change;
   if (m->from->hole_count == 0) return true;
   uint8_t *before = tw_alloc_zero(m->from->face_count, 1), *is_hole = tw_alloc_zero(c->face_count, 1);
@@ -713,7 +391,7 @@ static int compare_pairs(const void *left, const void *right) {
   return a[1] < b[1] ? -1 : a[1] > b[1];
 }
 
-static bool carry_list(const maker *m, const heirs *h, uint32_t **items, uint32_t *count) {
+static bool carry_list(const tw_change_maker *m, const heirs *h, uint32_t **items, uint32_t *count) {
   uint64_t total = 0;
   for (uint32_t i = 0; i < *count; i++) total += h->offsets[(*items)[i] + 1] - h->offsets[(*items)[i]];
   uint32_t *out = tw_arena_alloc_raw(m->arena, total, sizeof *out), next = 0;
@@ -744,7 +422,7 @@ static void put_pair(const tw_change *c, uint32_t corner, uint32_t behind, uint3
 }
 
 /* next: [corner_count] the next corner in its face. */
-static bool carry_edges(const maker *m, const heirs *h, const uint32_t *next, tw_named *named) {
+static bool carry_edges(const tw_change_maker *m, const heirs *h, const uint32_t *next, tw_named *named) {
   const tw_topology *t = m->editor->topology;
   uint32_t *edges = tw_alloc(named->edge_count, sizeof *edges), count = 0;
   uint64_t total = 0;
@@ -765,7 +443,7 @@ static bool carry_edges(const maker *m, const heirs *h, const uint32_t *next, tw
   return sort_pairs(pairs, count, &named->edge_count);
 }
 
-static bool carry_named(const maker *m, tw_named *named, uint32_t named_count) {
+static bool carry_named(const tw_change_maker *m, tw_named *named, uint32_t named_count) {
   const tw_change *c = m->change;
   heirs faces = {0}, points = {0}, edges = {0};
   uint32_t *next = tw_alloc(c->corner_count, sizeof *next);
@@ -774,7 +452,8 @@ static bool carry_named(const maker *m, tw_named *named, uint32_t named_count) {
       find_heirs(c->point_parents, c->point_flags, c->point_count, m->from->point_count, &points) &&
       find_heirs(c->corner_edges, c->corner_flags, c->corner_count, m->editor->topology->edge_count, &edges);
   for (uint32_t f = 0; has_room && f < c->face_count; f++)
-    for (uint32_t i = c->face_offsets[f]; i < c->face_offsets[f + 1]; i++) next[i] = corner_behind(c, f, i);
+    for (uint32_t i = c->face_offsets[f]; i < c->face_offsets[f + 1]; i++)
+      next[i] = tw_corner_behind(c, f, i);
   for (uint32_t i = 0; has_room && i < named_count; i++)
     has_room = carry_list(m, &faces, &named[i].faces, &named[i].face_count) &&
                carry_list(m, &points, &named[i].points, &named[i].point_count) &&
@@ -786,7 +465,7 @@ static bool carry_named(const maker *m, tw_named *named, uint32_t named_count) {
   return has_room;
 }
 
-static bool name_made(const maker *m, tw_named *named) {
+static bool name_made(const tw_change_maker *m, tw_named *named) {
   const tw_change *c = m->change;
   named->faces = tw_list_flagged(m->arena, c->face_flags, TW_CHANGE_MADE, c->face_count, &named->face_count);
   named->points =
@@ -798,20 +477,21 @@ static bool name_made(const maker *m, tw_named *named) {
   count = 0;
   for (uint32_t f = 0; f < c->face_count; f++)
     for (uint32_t i = c->face_offsets[f]; i < c->face_offsets[f + 1]; i++)
-      if (c->corner_flags[i] & TW_CHANGE_MADE) put_pair(c, i, corner_behind(c, f, i), named->edges[count++]);
+      if (c->corner_flags[i] & TW_CHANGE_MADE)
+        put_pair(c, i, tw_corner_behind(c, f, i), named->edges[count++]);
   return sort_pairs(named->edges, count, &named->edge_count);
 }
 
 /* ---- all of it ----------------------------------------------------------------------------------------- */
 
-static bool make_mesh(maker *m) {
+static bool make_mesh(const tw_change_maker *m) {
   *m->to = *m->from;
   tw_mesh_drop_normals(m->to);
-  return make_points(m) && make_faces(m) && make_channels(m) && carry_creases(m) && carry_sharp_points(m) &&
-         carry_holes(m);
+  return make_points(m) && make_faces(m) && tw_change_make_channels(m) && carry_creases(m) &&
+         carry_sharp_points(m) && carry_holes(m);
 }
 
-static tw_status shift_points(const maker *m) {
+static tw_status shift_points(const tw_change_maker *m) {
   float *positions = (float *)m->to->positions;
   for (uint32_t p = 0; m->change->shifts && p < m->to->point_count; p++)
     for (uint32_t i = 0; i < 3; i++) {
@@ -839,7 +519,7 @@ static void drop_before(tw_editor *editor) {
 
 tw_status tw_editor_apply(tw_editor *editor, const tw_change *change) {
   tw_mesh mesh;
-  maker m = {change, &editor->mesh, &mesh, tw_arena_create(), editor, NULL, 0};
+  tw_change_maker m = {change, &editor->mesh, &mesh, tw_arena_create(), editor};
   tw_named *named = tw_editor_name(editor);
   uint32_t older = named ? editor->named_count - 1 : editor->named_count;
   bool has_room = m.arena && make_mesh(&m);
@@ -868,7 +548,7 @@ tw_status tw_editor_copy(tw_editor *editor, tw_arena *arena, tw_mesh *out) {
   if (!allocate(&change, editor->scratch, &size)) return tw_editor_no_memory(editor);
   tw_change_keep_points(&change);
   for (uint32_t f = 0; f < mesh->face_count; f++) tw_change_keep_face(&change, f, NULL, 0);
-  maker m = {&change, mesh, &made, arena, editor, NULL, 0};
+  tw_change_maker m = {&change, mesh, &made, arena, editor};
   if (!make_mesh(&m)) return tw_editor_no_memory(editor);
   made.normals = mesh->normals;
   made.morph_normals = mesh->morph_normals;

@@ -414,7 +414,7 @@ static void put_rules(tag_writer *w, const tw_mesh *mesh) {
   if (any) tw_text_add(&w->text, "}");
 }
 
-/* What there is of vertices, and the order of faces. False without memory. */
+/* Prints the tags of vertices, and the order of faces and of their corners. False without memory. */
 static bool put_vertices(tag_writer *w, const tw_mesh *mesh) {
   const uint32_t *order = tw_surface_get_tags(w->surface)->faces;
   uint64_t faces = tw_surface_get_counts(w->surface)->faces;

@@ -393,7 +393,7 @@ static uint32_t count_bent(const tw_mesh *mesh, const uint32_t *point_of, uint32
   return bent;
 }
 
-/* Flags the new points that several old ones become. first: [point_count] scratch. joins: zeroed. */
+/* Flags each new point that is made of several old ones. first: [point_count] scratch. joins: zeroed. */
 static void flag_merged(const uint32_t *point_of, uint32_t point_count, uint32_t *first, uint8_t *joins) {
   for (uint32_t p = point_count; p-- > 0;) first[point_of[p]] = p;
   for (uint32_t p = 0; p < point_count; p++) joins[point_of[p]] |= first[point_of[p]] != p;

@@ -382,8 +382,8 @@ static double step_error(const tw_error_wheel *w, const ring *r, const ring *nex
   return most;
 }
 
-/* A regular face that a step made, and its distance at the same parameters; `hull`: the most that it and its
- * children have. */
+/* A regular face that a step made. error: the distance between its points and those of the limit at the same
+ * parameters; hull: an upper bound of that distance for the face and all its children. */
 typedef struct born {
   tw_error_net net;
   double error, hull;

@@ -64,8 +64,8 @@ typedef struct findings {
   uint32_t first, last;
 } findings;
 
-/* Takes into account that a measured face is that far from the limit at a level and at the next ones: it is a
- * quarter as far with each step after these. */
+/* Raises the settled distances to those of a measured face, from a level on. After the levels that were
+ * looked at, the distance of the face falls to a quarter with each step. */
 static void settle_at(findings *found, uint32_t level, const double errors[TW_ERROR_LOOKED]) {
   double error = 0;
   for (uint32_t i = 0; level <= LEVELS_MAX; level++, i++) {
@@ -295,8 +295,8 @@ static int farthest_first(const void *a, const void *b) {
   return first->vertex < second->vertex ? -1 : 1;
 }
 
-/* Looks closely at rings that are farther than what is known, and not than `limit`: the farthest first, in
- * rounds, as they tell what of others does not matter. */
+/* Looks closely at rings whose distance is above what is known and at most `limit`. The farthest come first,
+ * in rounds: what is found of them tells which other rings cannot matter. */
 static tw_status look_at_rings(rings_pass s, uint32_t count, double limit, const double *settled) {
   enum { FIRST = 16, SMALL_ONES = 5 }; /* distances of less than this many small ones are not looked at */
   double known[TW_ERROR_RING_LEVELS + 1];

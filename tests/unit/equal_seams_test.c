@@ -21,7 +21,7 @@ typedef struct patch {
   tw_mesh mesh;
 } patch;
 
-/* At each point corners have one of two values, or values of their own. */
+/* Gives the corners at each point one of two values of the point, or values of their own. */
 static void part_values(patch *p, uint32_t *ids) {
   uint32_t by_point[POINTS][2], own = 2 * POINTS, rare = 2 + below(6);
   for (uint32_t v = 0; v < POINTS; v++)
