@@ -7,6 +7,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 enum { FIRST_CAPACITY = 16 << 10, SPOOL_FROM = 1 << 20 };
@@ -25,7 +26,7 @@ static void free_memory(srv_body *body) {
 void srv_body_deinit(srv_body *body) {
   free_memory(body);
   if (body->spooled) {
-    srv_mapped_remove(body->spool->mapped, &body->mapping);
+    if (body->mapping) munmap(body->mapping, (size_t)body->size);
     close(body->file);
   }
   if (body->taken > 0) atomic_fetch_sub(&body->spool->used, body->taken);
@@ -106,13 +107,14 @@ srv_body_status srv_body_append(srv_body *body, const void *data, size_t size) {
 }
 
 srv_body_status srv_body_view(srv_body *body, api_bytes *out) {
-  if (body->spooled && !body->mapping.start) {
+  if (body->spooled && !body->mapping) {
     if (body->size > SIZE_MAX) return SRV_BODY_FAILED;
     /* The file has no name, so nobody can truncate it under the mapping; all its blocks have been written. */
-    if (!srv_mapped_add(body->spool->mapped, &body->mapping, body->file, (size_t)body->size))
-      return SRV_BODY_FAILED;
+    void *start = mmap(NULL, (size_t)body->size, PROT_READ, MAP_PRIVATE, body->file, 0);
+    if (start == MAP_FAILED) return SRV_BODY_FAILED;
+    body->mapping = start;
   }
-  const void *bytes = body->spooled ? body->mapping.start : body->memory;
+  const void *bytes = body->spooled ? body->mapping : body->memory;
   *out = (api_bytes){body->size > 0 ? bytes : "", (size_t)body->size};
   return SRV_BODY_OK;
 }

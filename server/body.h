@@ -3,7 +3,6 @@
 #define SRV_BODY_H
 
 #include "api.h"
-#include "mapped.h"
 
 #include <stdatomic.h>
 
@@ -23,7 +22,6 @@ typedef struct srv_spool {
   atomic_uint_fast64_t used; /* includes bytes that are expected and have not arrived */
   uint64_t memory_limit; /* bytes that bodies have in memory; further ones go to files early; 0: no limit */
   atomic_uint_fast64_t memory;
-  srv_mapped *mapped; /* of the files of bodies, not owned; or NULL */
 } srv_spool;
 
 /* A value that stays where it is; a zeroed one may be deinited. */
@@ -36,7 +34,7 @@ typedef struct srv_body {
   size_t capacity;
   int file; /* valid when spooled */
   bool spooled;
-  srv_mapping mapping;
+  void *mapping; /* [size], or NULL */
 } srv_body;
 
 /* limit: bytes, at most. spool: outlives the body. */

@@ -384,6 +384,7 @@ srv_exchange_step srv_exchange_finish(srv_exchange *exchange) {
   exchange->ticket.wake = woken;
   exchange->ticket.pauses = pauses;
   exchange->request.ticket = &exchange->ticket;
+  exchange->request.is_body_mapped = exchange->body.spooled;
   if (srv_body_view(&exchange->body, &exchange->request.body) != SRV_BODY_OK) {
     refuse_roomless_body(exchange, 503);
   } else {

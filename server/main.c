@@ -26,8 +26,6 @@
 
 enum { STATUS_FAILED = 1, STATUS_USAGE = 2, PLACE_SIZE = 512 };
 
-/* Beside --max-memory: code, stacks, and mapped files as far as there is room. */
-enum { MAPPED_BESIDE = 32 << 20 };
 enum { BODIES_PART = 8 }; /* of --max-memory, for bodies in memory */
 
 typedef struct process {
@@ -37,7 +35,6 @@ typedef struct process {
   srv_store_fs *folder;
   srv_store_s3 *bucket; /* NULL: models are stored in `folder` */
   srv_server server;
-  srv_mapped mapped; /* files of long bodies */
   srv_systemd systemd;
   uint64_t notified_ms;                     /* when the watchdog was last notified */
   srv_http *http, *admin;                   /* admin: NULL without an admin listener */
@@ -193,7 +190,6 @@ static bool prepare(process *p) {
   p->server.spool.limit = p->config.spool_limit;
   p->server.spool.min_free = p->config.min_free;
   p->server.spool.memory_limit = p->config.max_memory / BODIES_PART;
-  p->server.spool.mapped = &p->mapped;
   p->server.metrics = srv_metrics_create();
   if (!p->server.metrics) return false;
   p->server.folder = p->folder;
@@ -352,7 +348,6 @@ static bool stop(process *p) {
   srv_rates_destroy(p->server.rates);
   srv_peers_destroy(p->server.peers);
   srv_networks_deinit(&p->server.trusted);
-  srv_mapped_deinit(&p->mapped);
   close_store(p);
   srv_listeners_close(&p->listeners);
   srv_listeners_close(&p->admin_listeners);
@@ -395,7 +390,6 @@ static int run(process *p) {
   bool has_level = srv_config_log_level(&p->config, &level, &p->error);
   srv_log_configure(level, (srv_log_format)p->config.log_format);
   srv_config_warn(environ);
-  srv_mapped_init(&p->mapped, p->config.max_memory + MAPPED_BESIDE);
   bool serving = has_level && srv_systemd_read(&p->systemd, getenv, &p->error) && prepare(p) &&
                  store_samples(p) && serve(p);
   if (!serving) {

@@ -211,6 +211,10 @@ api_outcome api_upload_read(api_call *call, api_upload *out) {
     return api_fail_with(call, 413, "the body is over the limit of %llu %s",
                          (unsigned long long)call->service->limits.max_upload,
                          tw_plural(call->service->limits.max_upload, "byte", "bytes"));
+  if (call->request->is_body_mapped && !tw_meter_take(upload.bytes.size)) {
+    api_fault_without_memory(&call->fault);
+    return API_FAILED;
+  }
   api_outcome outcome = coding == API_CODING_NONE ? API_DONE : decode_body(call, coding, &upload);
   if (outcome == API_DONE && api_upload_type_of(content_type) == API_TYPE_MULTIPART)
     outcome = read_form(call, content_type, &upload);

@@ -247,6 +247,7 @@ typedef struct api_request {
   bool is_admin;        /* on the listener for probes and metrics, which needs no key */
   bool is_local;        /* on a listener that is bound to a loopback address */
   api_bytes body;       /* complete, still content-encoded */
+  bool is_body_mapped;  /* its pages become memory of the process as they are read; else the host counts it */
 } api_request;
 
 typedef struct api_header {
