@@ -63,17 +63,12 @@ static api_outcome print_level(api_call *call, level_list *list, api_surface_req
   return API_DONE;
 }
 
-/* The limits decide which levels there are. Clips and the node of root motion are found for the key alone:
- * each level finds them anew. */
-static api_outcome validate_levels(api_call *call, const tw_model *model, api_surface_query *query) {
+/* What the answer depends on: the query with its clips, and the limits, which decide which levels there are.
+ * NULL without memory. */
+static const char *print_key(api_call *call, const api_surface_query *query) {
   const api_limits *limits = &call->service->limits;
-  uint32_t warnings = call->warning_count;
-  api_outcome outcome = api_clips_choose(call, model, query->clip, query->times.is_given ? 1 : UINT32_MAX,
-                                         &query->terms, &query->choices);
-  call->warning_count = warnings; /* told again */
-  if (outcome != API_DONE) return outcome;
   const char *parameters = api_surface_key_print(call, query, API_KEY_ANSWER, NULL);
-  if (!parameters) return api_fail_without_memory(call);
+  if (!parameters) return NULL;
   tw_text text = {0};
   tw_text_add(&text, parameters);
   const uint64_t values[] = {limits->max_level, limits->max_faces, limits->max_output};
@@ -81,8 +76,22 @@ static api_outcome validate_levels(api_call *call, const tw_model *model, api_su
     tw_text_add(&text, "/");
     tw_text_count(&text, values[i]);
   }
-  const char *key = api_text_move(&text, call->arena);
-  return key ? api_validate(call, "levels.json", key) : api_fail_without_memory(call);
+  return api_text_move(&text, call->arena);
+}
+
+/* Takes the clips for the key alone: each level takes them anew, and tells of them. */
+static api_outcome validate_levels(api_call *call, const tw_model *model, api_surface_query *query) {
+  api_surface_scene scene = {.query = query};
+  uint32_t warnings = call->warning_count;
+  api_outcome outcome = api_scene_take_clips(call, model, true, &scene);
+  call->warning_count = warnings;
+  const char *key = outcome == API_DONE ? print_key(call, query) : NULL;
+  if (key)
+    outcome = (scene.lacks_clips ? api_validate_partial : api_validate)(call, "levels.json", key);
+  else if (outcome == API_DONE)
+    outcome = api_fail_without_memory(call);
+  api_scene_release(&scene);
+  return outcome;
 }
 
 /* The model is the caller's. */

@@ -116,10 +116,16 @@ clips="{\"name\":\"walk\",\"tracks\":[$(turn hips 90),$(turn spine 40)]},{\"name
   [[ $(header ETag) != "$whole" && $(header Cache-Control) == no-cache ]]
   [[ $(header X-Tweend-Warning) == *the%20mixed%20clip%20stroll%20is%20left%20out* ]]
   part=$(header ETag)
+  levels() { curl --silent --dump-header "$BATS_TEST_TMPDIR/headers" --output /dev/null "$url/v1/models/$id/levels.json"; }
+  levels
+  [[ $(header Cache-Control) == no-cache ]]
+  few=$(header ETag)
   [[ $(curl --silent -H "If-None-Match: $part" -o /dev/null -w '%{http_code}' "$url/v1/models/$id/surface.gltf?level=0") == 304 ]]
   [[ $(ask '&clip=stroll' | gojq .status) == 404 ]]
   [[ $(ask '&clip=walk,stroll' | gojq .status) == 404 ]]
   [[ $(model "$lent") == "$lender" ]]
+  levels
+  [[ $(header ETag) != "$few" && $(header Cache-Control) == *immutable ]]
   [[ $(ask '' | gojq '.animations | length') == 5 && $(header ETag) == "$whole" ]]
 }
 

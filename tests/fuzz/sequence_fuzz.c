@@ -11,13 +11,14 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
 
-enum { MODELS_MAX = 24, ANSWERS_MAX = 64, TARGET_MAX = 512, STEPS_MAX = 60 };
+enum { MODELS_MAX = 24, ANSWERS_MAX = 16, TARGET_MAX = 512, STEPS_MAX = 60 };
 
 /* What a GET of a target was answered with. */
 typedef struct answered {
   char target[TARGET_MAX], tag[128];
   uint64_t hash;
   int status;
+  bool is_partial;
 } answered;
 
 typedef struct sequence {
@@ -55,46 +56,48 @@ static const char *choose_model(sequence *s) {
 
 /* ---- models and changes ---------------------------------------------------------------------- */
 
-/* %u: makes one model of several. */
+/* With ' in place of ". %u: makes one model of several. {}: the id of a model. */
 static const char *const documents[] = {
-    "{\"meshes\":[{\"name\":\"m\",\"shape\":{\"kind\":\"box\",\"size\":[1,2,1%u]}}]}",
-    "{\"meshes\":[{\"name\":\"m\",\"positions\":[[0,0,0],[1,0,0],[1,1,0.%u],[0,1,0],[2,0,1]],\"faces\":[[0,1,"
-    "2,3],[1,4,2]],"
-    "\"creases\":[{\"edge\":[1,2],\"sharpness\":1.5}],\"uvs\":[[0,0],[1,0],[1,1],[0,1],[2,0]]}],"
-    "\"nodes\":[{\"name\":\"hips\",\"mesh\":\"m\"},{\"name\":\"spine\",\"parent\":\"hips\",\"translation\":["
-    "0,1,0]}],"
-    "\"clips\":[{\"name\":\"c\",\"tracks\":[{\"node\":\"hips\",\"path\":\"rotation\",\"times\":[0,1],"
-    "\"quaternions\":[[0,0,0,1],[0,0.6,0,0.8]]},{\"node\":\"spine\",\"path\":\"translation\",\"times\":[0,2],"
-    "\"values\":[[0,1,0],[0,2,0]]}]}]}",
-    "{\"nodes\":[{\"name\":\"Hips\",\"translation\":[0,1,0]},{\"name\":\"Spine\",\"parent\":\"Hips\","
-    "\"translation\":[0,0.5,0]}],"
-    "\"clips\":[{\"name\":\"c\",\"tracks\":[{\"node\":\"Spine\",\"path\":\"rotation\",\"unit\":\"degrees\","
-    "\"times\":[0,1.%u],\"eulers\":[[0,0,0],[90,0,30]]}]},"
-    "{\"name\":\"x\",\"layers\":[{\"clip\":\"c\"},{\"clip\":\"c\",\"mode\":\"additive\",\"weight\":0.5}]}]}",
+    "{'meshes':[{'name':'m','shape':{'kind':'box','size':[1,2,1%u]}}]}",
+    "{'meshes':[{'name':'m','positions':[[0,0,0],[1,0,0],[1,1,0.%u],[0,1,0],[2,0,1]],'faces':[[0,1,2,3],[1,4,"
+    "2]],"
+    "'creases':[{'edge':[1,2],'sharpness':1.5}],'uvs':[[0,0],[1,0],[1,1],[0,1],[2,0]]}],"
+    "'nodes':[{'name':'hips','mesh':'m'},{'name':'spine','parent':'hips','translation':[0,1,0]}],"
+    "'clips':[{'name':'c','tracks':["
+    "{'node':'hips','path':'rotation','times':[0,1],'quaternions':[[0,0,0,1],[0,0.6,0,0.8]]},"
+    "{'node':'spine','path':'translation','times':[0,2],'values':[[0,1,0],[0,2,0]]}]}]}",
+    "{'nodes':[{'name':'Hips','translation':[0,1,0]},{'name':'Spine','parent':'Hips','translation':[0,0.5,0]}"
+    "],"
+    "'clips':[{'name':'c','tracks':["
+    "{'node':'Spine','path':'rotation','unit':'degrees','times':[0,1.%u],'eulers':[[0,0,0],[90,0,30]]}]},"
+    "{'name':'x','layers':[{'clip':'c'},{'clip':'c','mode':'additive','weight':0.5}]}]}",
     "o t\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 %u\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n",
-    "HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\nCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation "
-    "Yrotation\n"
-    "JOINT Spine\n{\nOFFSET 0 1 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{\nOFFSET 0 1 "
-    "0\n}\n}\n}\n"
+    "HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\n"
+    "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n"
+    "JOINT Spine\n{\nOFFSET 0 1 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n"
+    "End Site\n{\nOFFSET 0 1 0\n}\n}\n}\n"
     "MOTION\nFrames: 2\nFrame Time: 0.1\n0 0 0 0 0 0 0 0 0\n0 1 0 %u 0 0 10 20 30\n",
-    "{\"meshes\":[{\"name\":\"m\",\"shape\":{\"kind\":\"grid\",\"segments\":[1%u,4]}}]}",
-    "{\"meshes\":[{\"name\":\"m\",\"shape\":{\"kind\":\"torus\",\"segments\":8,\"sides\":1%u}}]}",
-    "{\"meshes\":[{\"name\":\"m\",\"shape\":{\"kind\":\"cylinder\",\"segments\":1%u}}]}",
+    "{'meshes':[{'name':'m','shape':{'kind':'grid','segments':[1%u,4]}}]}",
+    "{'meshes':[{'name':'m','shape':{'kind':'torus','segments':8,'sides':1%u}}]}",
+    "{'meshes':[{'name':'m','shape':{'kind':'cylinder','segments':1%u}}]}",
+    "{'meshes':[{'name':'m','shape':{'kind':'grid','segments':[1%u,1]}}],'nodes':[{'name':'Spine','mesh':'m'}"
+    "],"
+    "'clips':[{'name':'x','layers':[{'clip':'{}/c'}]}]}",
 };
 
 static const char *const edits[] = {
-    "{\"edit\":\"extrude\",\"faces\":[0],\"distance\":0.5,\"name\":\"e\"}",
-    "{\"edit\":\"inset\",\"faces\":\"all\",\"amount\":0.1}",
-    "{\"edit\":\"crease\",\"edges\":\"all\",\"sharpness\":2}",
-    "{\"edit\":\"move\",\"vertices\":[0],\"by\":[0,0,0.25]}",
-    "{\"edit\":\"delete\",\"faces\":[0]}",
-    "{\"edit\":\"subdivide\",\"faces\":\"all\"}",
-    "{\"edit\":\"triangulate\",\"faces\":\"all\"}",
-    "{\"edit\":\"quads\",\"faces\":\"all\"}",
-    "{\"edit\":\"smooth\",\"vertices\":\"all\",\"iterations\":2}",
-    "{\"edit\":\"weld\",\"distance\":0.01}",
-    "{\"edit\":\"flip\",\"faces\":\"all\"}",
-    "{\"edit\":\"fill\",\"optional\":true}",
+    "{'edit':'extrude','faces':[0],'distance':0.5,'name':'e'}",
+    "{'edit':'inset','faces':'all','amount':0.1}",
+    "{'edit':'crease','edges':'all','sharpness':2}",
+    "{'edit':'move','vertices':[0],'by':[0,0,0.25]}",
+    "{'edit':'delete','faces':[0]}",
+    "{'edit':'subdivide','faces':'all'}",
+    "{'edit':'triangulate','faces':'all'}",
+    "{'edit':'quads','faces':'all'}",
+    "{'edit':'smooth','vertices':'all','iterations':2}",
+    "{'edit':'weld','distance':0.01}",
+    "{'edit':'flip','faces':'all'}",
+    "{'edit':'fill','optional':true}",
 };
 
 /* Remembers the model that an answer has made. */
@@ -106,16 +109,29 @@ static void note_model(sequence *s, const reply *r) {
   cJSON_Delete(tree);
 }
 
+/* body: with ' in place of ". */
 static void post(sequence *s, const char *target, const char *body) {
-  reply r = loopback_ask(s->loop, "POST", target, NULL, body, strlen(body));
+  char *text = quoted(body);
+  reply r = loopback_ask(s->loop, "POST", target, NULL, text, strlen(text));
+  free(text);
   if (r.status < 200 || r.status > 599 || r.status == 500) give_up("POST %s: %d", target, r.status);
   note_model(s, &r);
   reply_free(&r);
 }
 
+/* Appends text with "{}" replaced by the id of a model. Returns the new length. */
+static size_t append(sequence *s, char *out, size_t size, size_t length, const char *text) {
+  const char *mark = strstr(text, "{}");
+  if (!mark) return length + (size_t)snprintf(out + length, size - length, "%s", text);
+  return length + (size_t)snprintf(out + length, size - length, "%.*s%s%s", (int)(mark - text), text,
+                                   choose_model(s), mark + 2);
+}
+
 static void document(sequence *s, char out[2048]) {
-  const char *form = CHOOSE(s, documents), *mark = strstr(form, "%u");
-  snprintf(out, 2048, "%.*s%u%s", (int)(mark - form), form, (unsigned)choose(s, 7), mark + 2);
+  char form[2048];
+  append(s, form, sizeof form, 0, CHOOSE(s, documents));
+  const char *mark = strstr(form, "%u");
+  snprintf(out, 2048, "%.*s%u%s", (int)(mark - form), form, (unsigned)choose(s, 3), mark + 2);
 }
 
 /* Without names, which uploads of equal bytes may change once the model was deleted. */
@@ -124,7 +140,7 @@ static void upload(sequence *s) {
                                         "/v1/surface.json?level=auto", "/v1/surface.obj"};
   char body[2048];
   document(s, body);
-  post(s, targets[choose(s, 12) % (choose(s, 3) == 2 ? COUNT(targets) : 1)], body);
+  post(s, choose(s, 4) != 3 ? targets[0] : CHOOSE(s, targets), body);
 }
 
 static void edit(sequence *s) {
@@ -136,7 +152,7 @@ static void edit(sequence *s) {
     return;
   }
   snprintf(target, sizeof target, "/v1/models/%s/edits", id);
-  size_t length = (size_t)snprintf(body, sizeof body, "{\"edits\":[");
+  size_t length = (size_t)snprintf(body, sizeof body, "{'edits':[");
   for (size_t i = 0, count = 1 + choose(s, 3); i < count; i++)
     length +=
         (size_t)snprintf(body + length, sizeof body - length, "%s%s", i > 0 ? "," : "", CHOOSE(s, edits));
@@ -144,7 +160,7 @@ static void edit(sequence *s) {
   post(s, target, body);
 }
 
-static void delete (sequence *s) {
+static void remove_model(sequence *s) {
   char target[TARGET_MAX];
   snprintf(target, sizeof target, "/v1/models/%s", choose_model(s));
   reply r = loopback_ask(s->loop, "DELETE", target, NULL, NULL, 0);
@@ -233,22 +249,14 @@ static const struct {
 #undef OF
 };
 
-/* Appends text with "{}" replaced by the id of a model. */
-static size_t append(sequence *s, char *out, size_t length, const char *text) {
-  const char *mark = strstr(text, "{}");
-  size_t left = TARGET_MAX - length;
-  return length + (size_t)(mark ? snprintf(out + length, left, "%.*s%s%s", (int)(mark - text), text,
-                                           choose_model(s), mark + 2)
-                                : snprintf(out + length, left, "%s", text));
-}
-
 static void question(sequence *s, char out[TARGET_MAX]) {
   size_t which = choose(s, COUNT(questions));
   size_t length =
       (size_t)snprintf(out, TARGET_MAX, "/v1/models/%s%s", choose_model(s), questions[which].tail);
   for (size_t i = 0, count = choose(s, 4); i < count; i++) {
-    length = append(s, out, length, i > 0 ? "&" : "?");
-    length = append(s, out, length, questions[which].parameters[choose(s, questions[which].count)]);
+    length = append(s, out, TARGET_MAX, length, i > 0 ? "&" : "?");
+    length =
+        append(s, out, TARGET_MAX, length, questions[which].parameters[choose(s, questions[which].count)]);
   }
 }
 
@@ -258,17 +266,17 @@ static uint64_t hash_of(const reply *r) {
   return hash;
 }
 
-/* Holds an answer against an earlier one of the same target. */
+/* Holds an answer against earlier ones of the same target. Those that lack clips of absent models may be
+ * other ones later, with another tag; they say so by no-cache. */
 static void compare(sequence *s, const answered *now) {
   for (size_t i = 0; i < s->count && i < ANSWERS_MAX; i++) {
     const answered *before = &s->answers[i];
     if (strcmp(before->target, now->target) != 0) continue;
-    bool is_equal = before->hash == now->hash && strcmp(before->tag, now->tag) == 0;
-    bool is_weak = now->tag[0] != '"';
-    if (!is_equal && (!is_weak || before->hash != now->hash) && strcmp(before->tag, now->tag) == 0)
+    bool has_same_tag = strcmp(before->tag, now->tag) == 0;
+    if (has_same_tag && before->hash != now->hash)
       give_up("%s: other bytes with the tag %s", now->target, now->tag);
-    if (!is_equal && !is_weak)
-      give_up("%s: %s was answered otherwise before, %s", now->target, now->tag, before->tag);
+    if (!has_same_tag && !before->is_partial && !now->is_partial)
+      give_up("%s: the tag is %s, and was %s before", now->target, now->tag, before->tag);
   }
   s->answers[s->count++ % ANSWERS_MAX] = *now;
 }
@@ -316,10 +324,16 @@ static void ask_again(sequence *s, const answered *now, const fields_of *got) {
 
 static void ask(sequence *s) {
   answered now = {0};
-  question(s, now.target);
+  size_t kept = s->count < ANSWERS_MAX ? s->count : ANSWERS_MAX;
+  if (kept > 0 && choose(s, 2) == 1)
+    strcpy(now.target, s->answers[choose(s, kept)].target);
+  else
+    question(s, now.target);
   reply r = loopback_get(s->loop, now.target);
   const char *tag = reply_header(&r, "ETag");
+  const char *caching = reply_header(&r, "Cache-Control");
   fields_of got = copy_fields(&r);
+  now.is_partial = caching && strstr(caching, "no-cache");
   now.status = r.status;
   now.hash = hash_of(&r);
   if (tag) snprintf(now.tag, sizeof now.tag, "%s", tag);
@@ -338,7 +352,7 @@ static void step(sequence *s) {
   case 1: edit(s); break;
   case 2:
     if (choose(s, 3) == 0)
-      delete (s);
+      remove_model(s);
     else
       upload(s);
     break;
