@@ -57,7 +57,11 @@ export class OneAtATime {
   isRunning = false;
 
   /** Resolves with whether the request succeeded. Refuses while another runs; shows a failure, which may be tried again. */
-  async run(request) {
+  run(request) {
+    return marked(this.#try(request));
+  }
+
+  async #try(request) {
     if (this.isRunning) return false;
     this.isRunning = true;
     try {

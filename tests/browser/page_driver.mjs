@@ -116,16 +116,30 @@ export class Visit {
     await this.drawn();
   }
 
-  /** Until all that the address names is there, and nothing new is drawn for some frames, nor in the background. */
-  async drawn() {
-    await this.page.evaluate(async () => {
+  /** Until all that the address names is there, and drawn. */
+  drawn() {
+    return this.still(true);
+  }
+
+  /** Until nothing new is drawn for some frames, nor in the background. isOpened: and nothing is being opened. */
+  async still(isOpened = false) {
+    await this.page.evaluate(async (mustBe) => {
       const { dataset } = document.querySelector('canvas');
       for (let still = 0, frames; still < 4; still++) {
         await new Promise((resolve) => requestAnimationFrame(resolve));
-        if (dataset.frames !== frames || 'unfinished' in dataset || 'opening' in dataset) still = 0;
+        if (dataset.frames !== frames || 'unfinished' in dataset || (mustBe && 'opening' in dataset)) still = 0;
         frames = dataset.frames;
       }
-    });
+    }, isOpened);
+  }
+
+  /** Holds what is asked of a URL, now or later, until the function that it resolves with is called. then(route): what comes of
+   *  it; its answer, if not given. */
+  async hold(url, then = (route) => route.fallback()) {
+    let release;
+    const held = new Promise((resolve) => (release = resolve));
+    await this.page.route(url, (route) => held.then(() => then(route)).catch(() => {})); // some are called off
+    return release;
   }
 
   /** The address as the page has it: page.url() is told of a change a moment later. */
