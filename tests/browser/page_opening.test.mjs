@@ -191,6 +191,7 @@ visits('a first level that is cancelled leaves the control mesh; a model that is
   const other = await Visit.begin(site.browser, `${daemon.url}/models`.replace('/models', '/version'));
   const release = await other.hold('**/surface.glb?level=2', (route) => route.abort());
   await other.page.goto(`${daemon.url}/#model=${id}&show=surface`);
+  await other.page.locator('#busy-text', { hasText: 'Level 2' }).waitFor();
   await other.page.locator('#cancel').click();
   await other.level(0);
   release();
