@@ -34,6 +34,7 @@ export class Animation {
     this.viewport = viewport;
     this.onTime = onTime;
     this.playing = false;
+    this.isWanted = false; // whether it is to play when the poses are there
     this.live = false;
     watch((names) => {
       if (this.player && (names.has('speed') || names.has('weight'))) this.#setSpeed();
@@ -66,8 +67,9 @@ export class Animation {
     return this.duration > 0 ? this.player.duration / this.duration : 1;
   }
 
+  /** Seconds; while poses are loaded, where the clip will be then. */
   get time() {
-    return this.shown;
+    return this.shown ?? (this.clip ? Number(state('t')) : undefined);
   }
 
   #setSpeed() {
@@ -98,11 +100,14 @@ export class Animation {
       const [loaded, moved] = await Promise.all([Promise.all(clips.map((which, k) => load(which, objects(k)))),
         other && Promise.all(clips.map((which) => movedBy(model, which, signal)))]);
       if (signal.aborted) return;
+      const stream = this.player; // that a person follows by now
       [this.player, this.other = null] = loaded;
       this.slots = [...slots].map(([name, pair]) => [this.#target(name), pair, PATHS.map(([path]) => moved.map((nodes) => nodes[path].has(name)))]);
       this.#setSpeed();
       this.player.time = Number(state('t')) * this.#pace;
-      this.pose();
+      if (this.live) [this.own, this.player] = [this.player, stream];
+      else if (this.isWanted) this.play();
+      else this.pose();
     } catch (error) {
       if (!signal.aborted) fail('The clip cannot be played', error);
     }
@@ -157,34 +162,42 @@ export class Animation {
     requestAnimationFrame(step);
   }
 
+  /** Plays the clip; at once, or when the poses are there. */
   play() {
+    this.isWanted = true;
     if (!this.player || this.live) return;
     if (state('loop') === 'clamp' && this.player.time >= this.player.duration * (1 - 1e-6)) this.player.time = 0;
     this.player.update(); // skip the time of the pause
     this.player.playing = this.playing = true;
-    this.onTime(this.shown);
+    this.pose();
     this.#run();
   }
 
   pause() {
+    this.isWanted = false;
     if (!this.playing) return;
     this.player.playing = this.playing = false;
     this.onTime(this.shown);
     note('t', Math.round(this.shown * 1000) / 1000);
   }
 
+  /** Goes to a time; at once, or when the poses are there. */
   seek(time) {
-    if (!this.player || this.live) return;
+    if (!this.clip || this.live || !(this.duration > 0)) return;
     // Stay just before the end, which a repeating player takes for the beginning.
-    this.player.time = Math.min(Math.max(time, 0), this.duration * (1 - 1e-6)) * this.#pace;
-    this.pose();
-    if (!this.playing) note('t', Math.round(this.shown * 1000) / 1000);
+    const within = Math.min(Math.max(time, 0), this.duration * (1 - 1e-6));
+    if (this.player) {
+      this.player.time = within * this.#pace;
+      this.pose();
+    }
+    if (!this.playing) note('t', Math.round((this.player ? this.shown : within) * 1000) / 1000);
+    if (!this.player) this.onTime(this.time);
   }
 
   /** Shows the daemon's live stream, which all viewers see alike. */
   async follow() {
     this.pause();
-    this.own ??= this.player;
+    if (!this.live) this.own = this.player; // null while poses are loaded
     this.live = true;
     this.following?.abort();
     const { signal } = (this.following = new AbortController()); // aborting it closes the stream
@@ -205,8 +218,10 @@ export class Animation {
     if (!this.live) return;
     this.live = false;
     this.following.abort();
-    if (this.own) this.player = this.own;
+    this.player = this.own;
     this.own = null;
+    if (!this.player) return;
+    this.#setSpeed(); // which may have changed meanwhile
     this.pose();
   }
 }

@@ -5,7 +5,7 @@ import { html, render } from 'lit-html';
 import { download, tweend, withKey } from './client.js';
 import { byId, count, make } from './dom.js';
 import { parse } from './glb.js';
-import { busy, fail } from './notices.js';
+import { busy, fail, marked } from './notices.js';
 import { change, note, state, SURFACE, surfaceOptions, watch } from './state.js';
 
 const FACTS = [['vertices', 'Points'], ['faces', 'Faces'], ['components', 'Pieces'], ['boundary_loops', 'Holes and borders'],
@@ -40,7 +40,11 @@ export class Beside {
   }
 
   /** Loads the original, with the level and rules of the surface. */
-  async open() {
+  open() {
+    return marked(this.#read());
+  }
+
+  async #read() {
     this.loading?.abort();
     const id = state('beside');
     if (!id) {

@@ -7,7 +7,7 @@ import { check, chips, make, plural, press } from './dom.js';
 import { EditTools } from './edit_tools.js';
 import { fieldsOf } from './fields.js';
 import { meshName, stemOf } from './models.js';
-import { fail, OneAtATime } from './notices.js';
+import { fail, marked, OneAtATime } from './notices.js';
 import { Picker, readCages } from './picker.js';
 import { quote } from './scripts.js';
 import { KINDS, Selection } from './selection.js';
@@ -136,7 +136,11 @@ export class EditPanel {
   }
 
   /** Shows the edits of a model, once it is loaded and the panel is visible. */
-  async open(model) {
+  open(model) {
+    return marked(this.#read(model));
+  }
+
+  async #read(model) {
     this.model = model;
     this.picker.isOn = Boolean(model) && state('tab') === 'edit';
     this.picker.clear();

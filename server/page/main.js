@@ -12,7 +12,7 @@ import { parse } from './glb.js';
 import { showKeys } from './keys.js';
 import { Look } from './look.js';
 import { Models } from './models.js';
-import { busy, fail, tell } from './notices.js';
+import { busy, fail, marked, tell } from './notices.js';
 import { edgesOf, Opening } from './opening.js';
 import { Outliner } from './outliner.js';
 import { OverlayChips } from './overlay_chips.js';
@@ -191,7 +191,12 @@ async function drawn() {
 /** Resolves when a promise does, or after so many milliseconds. */
 const soon = (promise, ms) => Promise.race([promise, new Promise((resolve) => setTimeout(resolve, ms))]);
 
-async function openModel() {
+/** Makes a function that opens something mark the canvas meanwhile. */
+const marking = (open) => (...given) => marked(open(...given));
+
+const [openModel, openSurface, openCage, openClip] = [readModel, readSurface, readCage, readClip].map(marking);
+
+async function readModel() {
   const id = state('model');
   loading?.abort();
   loadingCage?.abort();
@@ -204,7 +209,6 @@ async function openModel() {
   overlays.showLegend(model);
   byId('facts').textContent = '';
   byId('subject').textContent = '';
-  delete byId('view').dataset.opening;
   if (!id) {
     if (models.first()) change({ model: models.first() });
     else {
@@ -238,7 +242,6 @@ async function openModel() {
   } finally {
     task.done();
   }
-  byId('view').dataset.opening = '';
   byId('subject').textContent = models.nameOf(model);
   document.title = `${models.nameOf(model)} – tweend`;
   const surfaceOpened = openSurface();
@@ -252,7 +255,6 @@ async function openModel() {
   if (state('model') === id) surface.count();
   await opened;
   if (model?.id !== id) return;
-  delete byId('view').dataset.opening;
   frame(); // again, since the cage may be larger, or the pose another
   setTimeout(() => keepThumbnail(id), THUMBNAIL_AFTER);
 }
@@ -282,7 +284,7 @@ function goBack(instead) {
   return undefined;
 }
 
-async function openSurface() {
+async function readSurface() {
   if (!model) return;
   loading?.abort();
   const controller = (loading = new AbortController());
@@ -330,7 +332,7 @@ async function loadCage(described, signal) {
   return new Cage(parsed, faced, await creasesOf(parsed.parser));
 }
 
-async function openCage(described) {
+async function readCage(described) {
   overlays.showLegend(model);
   loadingCage?.abort();
   const controller = (loadingCage = new AbortController());
@@ -350,7 +352,7 @@ async function openCage(described) {
   }
 }
 
-async function openClip() {
+async function readClip() {
   const shownModel = model;
   const clips = await clipsOf(model);
   if (model !== shownModel) return;
@@ -359,7 +361,7 @@ async function openClip() {
   const opened = animation.open(model, clip, clip && named(state('blend')));
   timeline.open(model, clip, clips);
   rotation.open();
-  clipPanel.open(clips);
+  marked(clipPanel.open(clips));
   await opened;
   clipPanel.show();
 }

@@ -57,7 +57,11 @@ export class OneAtATime {
   isRunning = false;
 
   /** Resolves with whether the request succeeded. Refuses while another runs; shows a failure, which may be tried again. */
-  async run(request) {
+  run(request) {
+    return marked(this.#try(request));
+  }
+
+  async #try(request) {
     if (this.isRunning) return false;
     this.isRunning = true;
     try {
@@ -103,3 +107,16 @@ export function busy(text, controller) {
 }
 
 byId('cancel').addEventListener('click', () => shown?.controller.abort());
+
+let underway = 0; // of what the address names
+
+/** The canvas is marked until a promise is settled: what it shows is not yet what the address names. */
+export async function marked(promise) {
+  underway++;
+  byId('view').dataset.opening = '';
+  try {
+    return await promise;
+  } finally {
+    if (--underway === 0) delete byId('view').dataset.opening;
+  }
+}

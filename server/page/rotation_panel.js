@@ -7,7 +7,7 @@ import { tweend, withKey } from './client.js';
 import { optionsOf } from './clips.js';
 import { draw, fixed, make, seconds } from './dom.js';
 import { eulered, Ghosts, sampled } from './ghosts.js';
-import { fail } from './notices.js';
+import { fail, marked } from './notices.js';
 import { change, shows, state, watch } from './state.js';
 import { choice } from './templates.js';
 import { disposeTrail, trailOf } from './trail.js';
@@ -70,7 +70,11 @@ export class RotationPanel {
   }
 
   /** Shows the selected node in the animation's clip. */
-  async open() {
+  open() {
+    return marked(this.#read());
+  }
+
+  async #read() {
     this.close();
     const { model, clip } = this.animation;
     if (!clip) {
@@ -221,7 +225,11 @@ export class RotationPanel {
     this.viewport.invalidate();
   }
 
-  async showTrail() {
+  showTrail() {
+    return marked(this.#readTrail());
+  }
+
+  async #readTrail() {
     this.clearTrail();
     const { data } = this;
     if (!shows('trail')) return undefined;

@@ -7,7 +7,7 @@ import { tweend, withKey } from './client.js';
 import { check, chips, choice, fixed, make, press, slider } from './dom.js';
 import { fieldsOf } from './fields.js';
 import { meshName, stemOf } from './models.js';
-import { busy, fail, mayPass } from './notices.js';
+import { busy, fail, marked, mayPass } from './notices.js';
 import { geometryOf, THROUGH } from './overlays.js';
 import { boxesOf, hitsOn } from './ray_hits.js';
 import { SculptMesh } from './sculpt_mesh.js';
@@ -173,7 +173,7 @@ export class SculptPanel {
       geometries.forEach(boxesOf);
       return loaded.get(mesh);
     };
-    if (!meshes.has(mesh)) meshes.set(mesh, load());
+    if (!meshes.has(mesh)) meshes.set(mesh, marked(load()));
     return meshes.get(mesh);
   }
 
@@ -235,7 +235,7 @@ export class SculptPanel {
 
   /** Picks a point by its index in the mesh, which numberOf(mesh) returns. */
   pickNumber(numberOf) {
-    this.picking = this.picking.then(() => this.#pickNumber(numberOf)); // keys may come faster than points
+    this.picking = marked(this.picking.then(() => this.#pickNumber(numberOf))); // keys may come faster than points
     return this.picking;
   }
 

@@ -1,5 +1,6 @@
 // The page at / in Chromium, driven as a person would; a visit that logs an error or asks another host fails.
 import assert from 'node:assert/strict';
+import { createHash } from 'node:crypto';
 import { mkdirSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { after, before, test } from 'node:test';
@@ -18,6 +19,24 @@ export const DESKTOP = { viewport: { width: 1280, height: 800 } };
 export const TABLET = { viewport: { width: 900, height: 700 }, colorScheme: 'dark' };
 export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true, isMobile: true };
 
+// By hand, to find what relies on answers that come at once: every answer of the daemon comes after up to so many milliseconds.
+const DELAY_MS = Number(process.env.TESTED_DELAY ?? 0);
+const SEED = process.env.TESTED_SEED ?? String(Date.now() % 100000); // of the delays
+if (DELAY_MS > 0) console.log(`# answers are delayed: TESTED_DELAY=${DELAY_MS} TESTED_SEED=${SEED}`);
+
+/** Delays the answers to all pages of a context. The same request, asked as often before, has the same delay. */
+async function delayAnswers(context) {
+  const asked = new Map();
+  await context.route('**/v1/**', async (route) => {
+    const { pathname, search } = new URL(route.request().url());
+    const what = `${route.request().method()} ${pathname}${search}`;
+    asked.set(what, (asked.get(what) ?? 0) + 1);
+    const part = createHash('sha256').update(`${SEED} ${what} ${asked.get(what)}`).digest().readUInt32LE() / 2 ** 32;
+    await new Promise((resolve) => setTimeout(resolve, part * DELAY_MS));
+    await route.continue().catch(() => {}); // it may have been called off
+  });
+}
+
 /** Within the page: what asks for the level to open a model with is told of level 2. */
 function answerLevel2() {
   const { fetch } = window;
@@ -34,6 +53,7 @@ function answerLevel2() {
 async function openPage(browser, { choosesLevel = false, ...options }) {
   const context = await browser.newContext({ ...USUAL, ...options });
   context.setDefaultTimeout(PATIENCE_MS);
+  if (DELAY_MS > 0) await delayAnswers(context);
   const page = await context.newPage();
   page.on('filechooser', () => {}); // from here on Chromium tells of dialogs: when one is awaited it may be too late
   if (!choosesLevel) await page.addInitScript(answerLevel2);
@@ -96,16 +116,30 @@ export class Visit {
     await this.drawn();
   }
 
-  /** Until nothing new is drawn for some frames, nor in the background. */
-  async drawn() {
-    await this.page.evaluate(async () => {
+  /** Until all that the address names is there, and drawn. */
+  drawn() {
+    return this.still(true);
+  }
+
+  /** Until nothing new is drawn for some frames, nor in the background. isOpened: and nothing is being opened. */
+  async still(isOpened = false) {
+    await this.page.evaluate(async (mustBe) => {
       const { dataset } = document.querySelector('canvas');
       for (let still = 0, frames; still < 4; still++) {
         await new Promise((resolve) => requestAnimationFrame(resolve));
-        if (dataset.frames !== frames || 'unfinished' in dataset) still = 0;
+        if (dataset.frames !== frames || 'unfinished' in dataset || (mustBe && 'opening' in dataset)) still = 0;
         frames = dataset.frames;
       }
-    });
+    }, isOpened);
+  }
+
+  /** Holds what is asked of a URL, now or later, until the function that it resolves with is called. then(route): what comes of
+   *  it; its answer, if not given. */
+  async hold(url, then = (route) => route.fallback()) {
+    let release;
+    const held = new Promise((resolve) => (release = resolve));
+    await this.page.route(url, (route) => held.then(() => then(route)).catch(() => {})); // some are called off
+    return release;
   }
 
   /** The address as the page has it: page.url() is told of a change a moment later. */
@@ -131,8 +165,9 @@ export class Visit {
     return parseFloat(await this.text('.clock'));
   }
 
-  /** Of the clip that is shown once its poses are there. */
+  /** Of the clip that the address names. */
   async seek(time) {
+    await this.drawn();
     await this.wait((least) => Number(document.querySelector('#timeline [aria-label=Time]').max) >= least, time);
     await this.page.getByRole('slider', { name: 'Time' }).evaluate((range, value) => {
       range.value = value;

@@ -125,14 +125,12 @@ visits('the picture is not empty between two steps', { hash }, async (visit) => 
   const modeller = new Modeller(visit);
   await modeller.box('2, 2, 2');
   await modeller.click([1, 0, 0]);
-  let letGo;
-  const held = new Promise((resolve) => (letGo = resolve));
-  await visit.page.route('**/surface.glb**', (route) => held.then(() => route.continue()).catch(() => {})); // some are called off
+  const release = await visit.hold('**/surface.glb**');
   await visit.page.getByRole('button', { name: 'Inset', exact: true }).click();
   await visit.wait(() => document.getElementById('subject').textContent === 'box, 1 edit');
-  await visit.drawn();
+  await visit.still();
   assert.ok(covered(await visit.pixels()) > 0.05);
-  letGo();
+  release();
   await visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
 });
 

@@ -28,7 +28,11 @@ function split(more = {}) {
 }
 
 const shows = (visit, name) => visit.wait((wanted) => document.getElementById('subject').textContent === wanted, name);
-const says = (visit, facts) => visit.wait((wanted) => document.getElementById('facts').textContent.includes(wanted), facts);
+
+async function says(visit, facts) {
+  await visit.wait((wanted) => document.getElementById('facts').textContent.includes(wanted), facts);
+  await visit.drawn();
+}
 
 visits('lamps of a file do not burn out the picture', {}, async (visit) => {
   await visit.level(2);
@@ -123,7 +127,7 @@ visits('of many files the first is opened, the others are listed, which is said'
 visits('a character and its clips that are dropped together open as one that plays', {}, async (visit) => {
   const { page } = visit;
   await visit.level(2);
-  await page.route('**/v1/models/*', (route) => setTimeout(() => route.continue(), 300)); // it is not open yet when the clip is stored
+  await page.route('**/v1/models/*', (route) => setTimeout(() => route.fallback(), 300)); // it is not open yet when the clip is stored
   await drop(visit, { 'a_walk.bvh': mocap(30).text, 'figure.gltf': biped({ names: 'mixamo' }) });
   await shows(visit, 'figure.gltf');
   await visit.wait(() => /clip=[0-9a-f]{32}/.test(location.hash));
@@ -224,7 +228,7 @@ visits('a batch of files is called off at once; the tab that was turned to stays
   const { page } = visit;
   await visit.level(2);
   let left = 2;
-  await page.route('**/v1/models?name=*', (route) => (left-- > 0 ? route.continue() : undefined)); // the third is never answered
+  await page.route('**/v1/models?name=*', (route) => (left-- > 0 ? route.fallback() : undefined)); // the third is never answered
   await drop(visit, Object.fromEntries([1, 2, 3, 4, 5].map((i) => [`batch_${i}.obj`, `# batch ${i}\n${PYRAMID}`])));
   await shows(visit, 'batch_1.obj');
   await visit.tab('Surface');

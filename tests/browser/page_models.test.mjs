@@ -77,6 +77,7 @@ visits('a kit is dropped as a folder: each model comes with the textures that it
   await visit.page.locator('.model:not([aria-current])', { hasText: /(leaf|twig)\.glb/ }).click();
   await visit.tab('Edit');
   await visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
+  await visit.level(2);
   assert.equal(decoded.length, 1, 'the texture is decoded for the surface, not for the cage too');
 });
 
@@ -85,7 +86,7 @@ visits('a daemon that is busy is told of, and a file that it puts off is sent ag
   const { page } = visit;
   let left = 1;
   const busy = { status: 503, contentType: 'application/problem+json', body: JSON.stringify({ status: 503, title: 'Service unavailable', detail: 'too many requests are waiting' }) };
-  await page.route('**/v1/models?name=*', (route) => (left-- > 0 ? route.fulfill({ ...busy, headers: { 'Retry-After': left > 0 ? '40' : '2' } }) : route.continue()));
+  await page.route('**/v1/models?name=*', (route) => (left-- > 0 ? route.fulfill({ ...busy, headers: { 'Retry-After': left > 0 ? '40' : '2' } }) : route.fallback()));
   await drop(visit, { 'late.obj': `${PYRAMID}# late` });
   await page.locator('.upload', { hasText: 'the daemon is busy, sent again in 2 s' }).waitFor();
   await page.locator('.upload').getByRole('button', { name: 'Cancel' }).click();
@@ -168,9 +169,7 @@ visits('a long download is announced and can be declined', { hash: '#tab=surface
 visits('what is surely small is loaded while its counts are asked for', { hash: '#tab=surface' }, async (visit) => {
   await visit.level(2);
   await visit.page.getByRole('button', { name: 'Show level 1', exact: true }).waitFor(); // the table has asked for its counts by then
-  let release;
-  const held = new Promise((resolve) => (release = resolve));
-  await visit.page.route('**/surface.json?level=1', (route) => held.then(() => route.continue()));
+  const release = await visit.hold('**/surface.json?level=1');
   const loaded = visit.page.waitForResponse((response) => response.url().endsWith('surface.glb?level=1'));
   await visit.page.getByRole('button', { name: 'Show level 1', exact: true }).click();
   await loaded;
@@ -181,8 +180,7 @@ visits('what is surely small is loaded while its counts are asked for', { hash: 
 
 visits('work can be cancelled', { hash: '#tab=surface' }, async (visit) => {
   await visit.level(2);
-  let release;
-  await visit.page.route('**/surface.glb?level=5', (route) => new Promise((resolve) => (release = resolve)).then(() => route.abort()));
+  const release = await visit.hold('**/surface.glb?level=5', (route) => route.abort());
   await visit.page.getByRole('button', { name: 'Show level 5' }).click();
   await visit.page.locator('#busy').waitFor();
   await visit.picture('busy');
@@ -197,20 +195,18 @@ visits('of two that work at once, the older is shown again when the newer ends',
   const { page } = visit;
   await visit.level(2);
   const id = await visit.model();
-  const release = {};
-  const hold = (url, then) => page.route(url, (route) => new Promise((resolve) => (release[url] = resolve)).then(() => then(route)));
-  await hold('**/surface.glb?level=5', (route) => route.abort());
-  await hold(`**/v1/models/${id}`, (route) => route.fulfill({ status: 404, body: '{}' }));
+  const releaseLevel = await visit.hold('**/surface.glb?level=5', (route) => route.abort());
+  const releaseOriginal = await visit.hold(`**/v1/models/${id}`, (route) => route.fulfill({ status: 404, body: '{}' }));
   const shows = (text) => page.locator('#busy', { hasText: text }).waitFor();
   await page.getByRole('button', { name: 'Show level 5' }).click();
   await shows('Level 5');
   await page.evaluate((of) => (location.hash += `&beside=${of}`), id);
   await shows('The original');
-  release[`**/v1/models/${id}`]();
+  releaseOriginal();
   await shows('Level 5');
   await page.locator('#cancel').click();
   await page.locator('#busy').waitFor({ state: 'hidden' });
-  release['**/surface.glb?level=5']();
+  releaseLevel();
   assert.match(await visit.text('#facts'), /^Level 2/);
 });
 

@@ -58,6 +58,47 @@ visits('the clip is scrubbed and played, and goes on live', { hash: `#show=surfa
   await visit.wait(() => location.hash.includes('clip=aim'));
 });
 
+visits('what is done with a clip before its poses are there is not lost', { hash: '#show=surface' }, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  /** Chooses a clip, whose poses do not come before a function that this resolves with is called. */
+  const choose = async (clip) => {
+    const release = await visit.hold(/pose\.bin\?.*\bto=/); // a stream asks for one pose first
+    await page.getByLabel('Clip', { exact: true }).selectOption(clip);
+    await visit.wait((name) => location.hash.includes(`clip=${name}`), clip);
+    return release;
+  };
+  const goesOn = (from) => visit.wait((time) => Math.abs(parseFloat(document.querySelector('.clock').textContent) - time) > 0.3, from);
+
+  let release = await choose('aim');
+  await page.getByRole('slider', { name: 'Time' }).evaluate((range) => {
+    range.value = 1;
+    range.dispatchEvent(new Event('input'));
+  });
+  assert.equal(await visit.time(), 1);
+  release();
+  await visit.drawn();
+  assert.equal(await visit.time(), 1);
+
+  release = await choose('drive');
+  await page.getByRole('button', { name: 'Play' }).click();
+  release();
+  await page.getByRole('button', { name: 'Pause' }).waitFor();
+  await goesOn(await visit.time());
+  await page.getByRole('button', { name: 'Pause' }).click();
+
+  release = await choose('aim');
+  await page.getByRole('button', { name: 'Live' }).click();
+  await goesOn(await visit.time());
+  release();
+  await visit.wait(() => !('opening' in document.querySelector('canvas').dataset));
+  await goesOn(await visit.time()); // the stream
+  await page.getByRole('button', { name: 'Live' }).click();
+  await visit.wait(() => document.querySelector('.clock').textContent.startsWith('0.00 /'));
+  await visit.seek(1); // in its poses
+  assert.equal(await visit.time(), 1);
+});
+
 visits('a clip moves morph targets as well as nodes', { first: 'cube.obj', hash: '#show=surface' }, async (visit) => {
   await visit.level(2);
   // A square whose one target draws a corner out, and whose node turns.

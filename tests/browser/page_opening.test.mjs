@@ -34,7 +34,7 @@ visits('an address with a time, a view and Follow shows the same picture each ti
   for (let i = 0; i < 3; i++) {
     const other = await Visit.begin(site.browser, address);
     // The poses come before or after the surface.
-    if (i > 0) await other.page.route(i === 1 ? '**/pose.bin**' : '**/surface.glb**', (route) => setTimeout(() => route.continue(), 700));
+    if (i > 0) await other.page.route(i === 1 ? '**/pose.bin**' : '**/surface.glb**', (route) => setTimeout(() => route.fallback(), 700));
     await other.page.reload();
     await other.level(2);
     await other.wait(() => document.querySelector('.clock').textContent.startsWith('1.90'));
@@ -189,9 +189,9 @@ visits('a first level that is cancelled leaves the control mesh; a model that is
   await visit.level(2);
   const id = await visit.model();
   const other = await Visit.begin(site.browser, `${daemon.url}/models`.replace('/models', '/version'));
-  let release;
-  await other.page.route('**/surface.glb?level=2', (route) => new Promise((resolve) => (release = resolve)).then(() => route.abort()));
+  const release = await other.hold('**/surface.glb?level=2', (route) => route.abort());
   await other.page.goto(`${daemon.url}/#model=${id}&show=surface`);
+  await other.page.locator('#busy-text', { hasText: 'Level 2' }).waitFor();
   await other.page.locator('#cancel').click();
   await other.level(0);
   release();
@@ -203,7 +203,7 @@ visits('a first level that is cancelled leaves the control mesh; a model that is
   await visit.drawn();
   assert.equal(covered(await visit.pixels()), 0, 'nothing of the former model stays');
   for (const name of ['Surface', 'Download']) assert.equal(await visit.page.getByText(name, { exact: true }).and(visit.page.locator('.chip, #download')).isVisible(), false, name);
-  await visit.page.route('**/v1/models?**', (route) => setTimeout(() => route.continue(), 500)); // the model is known to be gone before others are listed
+  await visit.page.route('**/v1/models?**', (route) => setTimeout(() => route.fallback(), 500)); // the model is known to be gone before others are listed
   await visit.page.reload();
   await blank(visit).getByRole('button', { name: 'Another model' }).click();
   await visit.level(2);

@@ -166,9 +166,7 @@ visits('a stroke by numbers waits for the point that it was given', { hash }, as
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
   const before = await pointsOf(await sculptor.id, 3);
-  let release;
-  const held = new Promise((resolve) => (release = resolve));
-  await page.route('**/surface.obj**', (route) => held.then(() => route.continue()));
+  const release = await visit.hold('**/surface.obj**');
   await page.getByRole('textbox', { name: 'Point' }).fill('7');
   await page.keyboard.press('Enter');
   await page.getByLabel('Stroke: by').fill('0 0.25 -0.125');
@@ -295,9 +293,7 @@ visits('strokes go on while one is stored, and each can be undone', { hash }, as
   const { page } = sculptor;
   const source = await sculptor.id;
   const before = await pointsOf(source, 3);
-  let release;
-  const held = new Promise((resolve) => (release = resolve));
-  await page.route('**/detail?**', (route) => held.then(() => route.continue()));
+  const release = await visit.hold('**/detail?**');
   const places = [new Vector3(0.5, 0.3, 0.6), new Vector3(-0.3, 0.7, 0.3), new Vector3(0.1, -0.2, 0.7)];
   for (const place of places) {
     await sculptor.hold(before[nearest(before, place)], [0, -25]);
