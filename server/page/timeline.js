@@ -33,11 +33,19 @@ export class Timeline {
     this.live.title = 'Follow the stream of the daemon';
     byId('timeline').append(this.play, make('div', { className: 'track' }, this.ticks, this.range), this.clock,
       make('div', { className: 'settings' }, this.clips, this.speed, this.loop, this.live));
+    this.showSpeed();
     watch((names) => {
       if (names.has('node')) this.mark();
-      if (names.has('speed')) this.speed.value = state('speed');
+      if (names.has('speed')) this.showSpeed();
       if (names.has('loop')) this.loop.value = state('loop');
     });
+  }
+
+  /** Also one that only the address has. */
+  showSpeed() {
+    const speed = state('speed');
+    if (![...this.speed.options].some(({ value }) => value === speed)) this.speed.append(new Option(`${Number(speed)} ×`, speed));
+    this.speed.value = speed;
   }
 
   toggle() {

@@ -194,8 +194,9 @@ visits('borrowed and blended clips move morph targets, which rest in other clips
   assert.ok(difference(wide, await visit.pixels()) < 0.001, 'as far');
 });
 
-visits('a clip that stops at its end stays there', { hash: '#loop=clamp&speed=4&t=3.5' }, async (visit) => {
+visits('a clip that stops at its end stays there', { hash: '#loop=clamp&speed=3&t=3.5' }, async (visit) => {
   await visit.level(2);
+  assert.equal(await visit.page.getByLabel('Speed').evaluate((select) => select.selectedOptions[0].text), '3 ×');
   await visit.page.getByRole('button', { name: 'Play' }).click();
   await visit.wait(() => document.querySelector('.clock').textContent.startsWith('4.00'));
   await visit.page.getByRole('button', { name: 'Play' }).waitFor();
