@@ -1,4 +1,4 @@
-/* The mesh that a change makes, in the making: what the files of changes share. */
+/* The state of a change while its new mesh is made, and what change.c and change_values.c share. */
 #ifndef TWEEND_CHANGE_MAKER_H
 #define TWEEND_CHANGE_MAKER_H
 

@@ -18,7 +18,7 @@ typedef struct welded_edges {
   uint32_t count;
 } welded_edges;
 
-/* A face's side at points that were several: from corner to corner_behind. */
+/* A side of a face, from one corner to the corner behind, at least one of whose points was several before. */
 typedef struct side {
   uint32_t low, high, corner, behind;
 } side;
@@ -135,7 +135,8 @@ static bool is_one_value(const tw_channel *set, const tw_term *terms, uint32_t c
   return true;
 }
 
-/* Whether a mean lies beyond its terms. A map goes on past the edge of a face; a colour does not. */
+/* Whether a weight is below 0, so that the mean may lie outside its terms: right for UVs, which go on past
+ * the edge of a face, and wrong for colours. */
 static bool is_beyond(const tw_term *terms, uint32_t count) {
   for (uint32_t i = 0; i < count; i++)
     if (terms[i].weight < 0) return true;

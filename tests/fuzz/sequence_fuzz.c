@@ -18,7 +18,7 @@ typedef struct answered {
   char target[TARGET_MAX], tag[128];
   uint64_t hash;
   int status;
-  bool is_partial;
+  bool is_partial; /* no-cache: it lacks clips of models that are absent */
 } answered;
 
 typedef struct sequence {
@@ -44,7 +44,7 @@ static void give_up(const char *format, ...) {
 #define COUNT(table)            (sizeof(table) / sizeof *(table))
 #define CHOOSE(sequence, table) (table)[choose(sequence, COUNT(table))]
 
-/* A number below `count`; 0 once there are no more choices. */
+/* The next byte of the input as a number below `count`; 0 behind the end of the input. */
 static size_t choose(sequence *s, size_t count) {
   return s->at < s->end ? *s->at++ % count : 0;
 }
@@ -100,7 +100,7 @@ static const char *const edits[] = {
     "{'edit':'fill','optional':true}",
 };
 
-/* Remembers the model that an answer has made. */
+/* Adds the id of the model that a request has made to s->ids. */
 static void note_model(sequence *s, const reply *r) {
   if ((r->status != 200 && r->status != 201) || !r->body) return;
   cJSON *tree = cJSON_Parse(r->body);
@@ -175,7 +175,7 @@ static void remove_model(sequence *s) {
 
 /* ---- questions ------------------------------------------------------------------------------- */
 
-/* of_clip: what every answer that plays a clip takes. {}: the id of a model. */
+/* Parameters of all answers that play a clip. {}: the id of a model. */
 #define OF_CLIP                                                                                              \
   "clip=c", "clip=x", "clip=clip_0", "clip={}/c", "clip={}/x", "clip={}/motion&retarget=auto",               \
       "clip={}/c&retarget=auto&feet=hold", "root_motion=auto", "root_motion=Hips&in_place=true"
@@ -266,8 +266,8 @@ static uint64_t hash_of(const reply *r) {
   return hash;
 }
 
-/* Holds an answer against earlier ones of the same target. Those that lack clips of absent models may be
- * other ones later, with another tag; they say so by no-cache. */
+/* Compares an answer with the earlier ones of the same target: equal tags mean equal bytes, and the tag
+ * stays. Only answers that lack clips of absent models, which are no-cache, may have another tag later. */
 static void compare(sequence *s, const answered *now) {
   for (size_t i = 0; i < s->count && i < ANSWERS_MAX; i++) {
     const answered *before = &s->answers[i];
@@ -301,7 +301,7 @@ static void free_fields(fields_of *of) {
   for (size_t i = 0; i < COUNT(fields); i++) free(of->values[i]);
 }
 
-/* Asks for the same by HEAD, and with the tag. */
+/* Sends the same target with HEAD, and with its tag in If-None-Match. */
 static void ask_again(sequence *s, const answered *now, const fields_of *got) {
   char condition[160];
   reply head = loopback_ask(s->loop, "HEAD", now->target, NULL, NULL, 0);
