@@ -63,12 +63,13 @@ typedef struct tw_carrying {
   tw_fit fit;
   tw_arena *arena; /* of the result */
   tw_arena *scratch;
-  tw_track_keys *tracks; /* [tracks of the source] with quaternions */
-  uint32_t *track_of[3]; /* by path, [nodes of the source] or TW_NO_INDEX */
-  tw_clip *clip;         /* of `tracks` */
-  uint32_t *depths[2];   /* [nodes of the source, of the target] nodes from the root to each */
-  const tw_aim **aims;   /* [bones of the fit] or NULL */
-  tw_bone_turn **turns;  /* [nodes of the target] or NULL */
+  tw_track_keys *tracks;       /* [tracks of the source] with quaternions */
+  uint32_t *track_of[3];       /* by path, [nodes of the source] or TW_NO_INDEX */
+  tw_clip *clip;               /* of `tracks` */
+  uint32_t *depths[2];         /* [nodes of the source, of the target] nodes from the root to each */
+  const tw_aim **aims;         /* [bones of the fit] or NULL */
+  tw_bone_turn **turns;        /* [nodes of the target] or NULL */
+  const tw_spine_swing *spine; /* or NULL */
   tw_track_keys *out;
   uint32_t out_count;
   uint32_t lost_count;
@@ -145,6 +146,10 @@ uint64_t tw_turn_cost(const tw_carrying *c, const tw_bone_turn *turn);
 /* Where the spines bend at different joints, computes the swing and adds it to the turns that it changes.
  * Call after tw_turns_make. Errors as tw_turns_measure, and TW_NO_MEMORY. */
 tw_status tw_spine_make(tw_carrying *c, tw_error *error);
+
+/* Adds a track of the first joint's translation, where the swing alone leaves the top too far off at some
+ * time. */
+tw_status tw_spine_carry(tw_carrying *c, tw_error *error);
 
 /* Evaluates a turn at one time. room: [steps][4]. */
 void tw_turn_at(const tw_carrying *c, const tw_bone_turn *turn, float time, float (*room)[4], double out[4]);

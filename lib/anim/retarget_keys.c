@@ -157,6 +157,7 @@ static tw_status carry_alike(tw_carrying *c, const tw_fitted_bone *bone, tw_path
   const float *source = path == TW_SCALE ? from->scale : from->translation;
   const float *target = path == TW_SCALE ? to->scale : to->translation;
   if (track == TW_NO_INDEX || (path == TW_TRANSLATION && bone->is_carrier)) return TW_OK;
+  if (path == TW_TRANSLATION && c->spine && bone->target == c->spine->first) return TW_OK; /* the swing's */
   bool is_alike =
       bone->is_carrier ? tw_angle_between(bone->offset, TW_QUAT_IDENTITY) <= LIKE : rests_alike(c, bone);
   if (!is_alike) {
@@ -231,6 +232,7 @@ static tw_status carry(tw_carrying *c, tw_retargeted *out, tw_error *error) {
   if (!c->out) return tw_carrying_no_memory(error);
   status = carry_rotations(c, error);
   if (status == TW_OK) status = tw_places_carry(c, error);
+  if (status == TW_OK) status = tw_spine_carry(c, error);
   if (status == TW_OK) status = carry_others(c, error);
   if (status == TW_OK) status = tell_bones(c, out, error);
   if (status == TW_OK) status = tell_unmatched(c, out, error);

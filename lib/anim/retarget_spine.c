@@ -1,14 +1,18 @@
 /* Keeps the top of a spine where the source has it. Where spines differ in their bones they bend at other
  * joints, so that shoulders and neck would end elsewhere though each bone turns as it should. The whole spine
  * is then swung about its first joint until its top, the mean place of the humanoid bones that hang on it,
- * lies in the direction in which the source's does, as seen from the hips. What hangs on the spine keeps its
- * rotation in the world. */
+ * lies in the direction in which the source's does, as seen from that joint. What hangs on the spine keeps
+ * its rotation in the world. The top may still be too near to the joint, or too far from it, as where the
+ * only bone is close below the shoulders: beyond a small distance the joint itself moves by what is missing.
+ */
 #include <string.h>
 
 #include "retarget_carrying.h"
 #include "vector3.h"
 
 static const double ELSEWHERE = 0.1; /* of the way from the hips to the top */
+static const double MISSED = 0.015; /* of that way at rest, some 0.4 % of a person's height: a top that misses
+                                      its place by less moves no joint */
 
 static bool is_spine(uint8_t role) {
   return role >= TW_BONE_SPINE && role <= TW_BONE_UPPER_CHEST;
@@ -168,9 +172,10 @@ static void source_top(const tw_carrying *c, const tw_spine_swing *swing, float 
   }
 }
 
-/* The swing in the frame of the target's hips. */
-static void swing_of_top(const tw_carrying *c, const tw_spine_swing *swing, float time, double out[4]) {
-  double is[3], wanted[3], axis[3];
+/* The ways from the target's first joint to the top, as it is before the swing and as the source has it, in
+ * the frame of the target's hips. */
+static void ways_to_top(const tw_carrying *c, const tw_spine_swing *swing, float time, double is[3],
+                        double wanted[3]) {
   source_top(c, swing, time, wanted);
   for (int k = 0; k < 3; k++) wanted[k] = swing->ratio * (wanted[k] - swing->source_rest[k]);
   tw_rotation_turn(swing->turn, wanted, wanted);
@@ -179,6 +184,12 @@ static void swing_of_top(const tw_carrying *c, const tw_spine_swing *swing, floa
     wanted[k] += swing->target_rest[k] - swing->joint[k];
     is[k] -= swing->joint[k];
   }
+}
+
+/* The swing in the frame of the target's hips. */
+static void swing_of_top(const tw_carrying *c, const tw_spine_swing *swing, float time, double out[4]) {
+  double is[3], wanted[3], axis[3];
+  ways_to_top(c, swing, time, is, wanted);
   memcpy(out, TW_QUAT_IDENTITY, sizeof TW_QUAT_IDENTITY);
   tw_cross3(is, wanted, axis);
   double angle = atan2(tw_length3(axis), tw_dot3(is, wanted));
@@ -205,6 +216,63 @@ static void swing_at(const tw_carrying *c, const tw_bone_turn *turn, float time,
 void tw_turn_at(const tw_carrying *c, const tw_bone_turn *turn, float time, float (*room)[4], double out[4]) {
   tw_turn_unswung(c, turn, &time, room, out);
   if (turn->spine) swing_at(c, turn, time, out);
+}
+
+/* ---- what the swing leaves ------------------------------------------------------------------- */
+
+/* What a signal of the first joint's translation takes. */
+typedef struct joint_signal {
+  const tw_carrying *carrying;
+  const tw_spine_swing *swing;
+} joint_signal;
+
+static void signal_joint(const void *context, float time, double *out) {
+  const joint_signal *signal = context;
+  const tw_carrying *c = signal->carrying;
+  const tw_spine_swing *swing = signal->swing;
+  const tw_node *nodes = c->job->target.nodes;
+  double is[3], wanted[3], most = MISSED * tw_length3(swing->target_rest);
+  ways_to_top(c, swing, time, is, wanted);
+  double length = tw_length3(wanted), misses = length - tw_length3(is);
+  double moved = copysign(fmax(fabs(misses) - most, 0), misses);
+  for (int k = 0; k < 3; k++) out[k] = length > 0 ? moved / length * wanted[k] : 0;
+  for (uint32_t i = 0; swing->target[i] != swing->first; i++) { /* into the frame of the joint's parent */
+    const float *scale = nodes[swing->target[i]].rest.scale;
+    double q[4];
+    turn_of(c, swing, swing->target[i], &time, q);
+    quat_conjugate(q, q);
+    tw_rotation_turn(q, out, out);
+    for (int k = 0; k < 3; k++) out[k] = scale[k] != 0 ? out[k] / (double)scale[k] : 0;
+  }
+  for (int k = 0; k < 3; k++) out[k] += (double)nodes[swing->first].rest.translation[k];
+}
+
+static bool is_at_rest(const tw_track_keys *keys, const float rest[3]) {
+  for (size_t i = 0; i < 3 * (size_t)keys->key_count; i++)
+    if (keys->values[i] != rest[i % 3]) return false;
+  return true;
+}
+
+tw_status tw_spine_carry(tw_carrying *c, tw_error *error) {
+  const tw_spine_swing *swing = c->spine;
+  if (!swing) return TW_OK;
+  const tw_bone_turn *turn = c->turns[swing->first];
+  uint32_t count = tw_turn_tracks(c, turn, NULL);
+  uint32_t *tracks = tw_arena_alloc_raw(c->scratch, count, sizeof *tracks);
+  if (!tracks) return tw_carrying_no_memory(error);
+  tw_turn_tracks(c, turn, tracks);
+  const joint_signal context = {c, swing};
+  const tw_signal signal = {.indices = tracks,
+                            .track_count = count,
+                            .path = TW_TRANSLATION,
+                            .at = signal_joint,
+                            .context = &context,
+                            .cost = tw_turn_cost(c, turn)};
+  tw_status status = tw_signal_carry(c, signal, swing->first, error);
+  if (status == TW_OK &&
+      is_at_rest(&c->out[c->out_count - 1], c->job->target.nodes[swing->first].rest.translation))
+    c->out_count--;
+  return status;
 }
 
 /* ---- making it ------------------------------------------------------------------------------- */
@@ -278,6 +346,7 @@ tw_status tw_spine_make(tw_carrying *c, tw_error *error) {
   swing->room = tw_arena_alloc_raw(c->scratch, most_steps(c, swing), sizeof *swing->room);
   if (!swing->room) return tw_carrying_no_memory(error);
   if (!find_constants(c, swing)) return TW_OK;
+  c->spine = swing;
   uint64_t steps = add_swing(c, swing, swing->first, true);
   for (uint32_t i = 0; i < fit->bone_count && steps <= TW_TURN_STEPS_MOST; i++)
     if (is_one_of(&spine, fit->bones[i].above) && !is_one_of(&spine, i))
