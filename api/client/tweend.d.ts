@@ -1380,11 +1380,13 @@ export interface SurfaceOptions {
    * each rest pose; limbs that rest otherwise are aligned from joint to joint, so that the hand points where the
    * source's points; a source that rests with its legs folded up beside the trunk (LaFAN1) counts as resting as it
    * stands straightest in the clip, which X-Tweend-Warning tells; bones in between share the motion, or are taken
-   * into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Expressions
-   * and gaze of a VRMA go over to a VRM's face either way. Bones that the clip moves and that have no counterpart
-   * are a warning with the first of their names. 422 where fewer than half of the bones match, of those that the
-   * clip moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where
-   * no other is asked for, X-Tweend-Warning tells that `auto` does nothing.
+   * into it; a spine that bends at other joints swings as a whole, so that neck and shoulders are where the clip
+   * has them, and its first joint moves by what turning cannot reach; hips move by the ratio of leg lengths, and
+   * between humanoid maps by that of hip heights. Expressions and gaze of a VRMA go over to a VRM's face either
+   * way. Bones that the clip moves and that have no counterpart are a warning with the first of their names. 422
+   * where fewer than half of the bones match, of those that the clip moves or of the model's where these are fewer,
+   * and without a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning tells that
+   * `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1546,11 +1548,13 @@ export interface PoseOptions {
    * each rest pose; limbs that rest otherwise are aligned from joint to joint, so that the hand points where the
    * source's points; a source that rests with its legs folded up beside the trunk (LaFAN1) counts as resting as it
    * stands straightest in the clip, which X-Tweend-Warning tells; bones in between share the motion, or are taken
-   * into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Expressions
-   * and gaze of a VRMA go over to a VRM's face either way. Bones that the clip moves and that have no counterpart
-   * are a warning with the first of their names. 422 where fewer than half of the bones match, of those that the
-   * clip moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where
-   * no other is asked for, X-Tweend-Warning tells that `auto` does nothing.
+   * into it; a spine that bends at other joints swings as a whole, so that neck and shoulders are where the clip
+   * has them, and its first joint moves by what turning cannot reach; hips move by the ratio of leg lengths, and
+   * between humanoid maps by that of hip heights. Expressions and gaze of a VRMA go over to a VRM's face either
+   * way. Bones that the clip moves and that have no counterpart are a warning with the first of their names. 422
+   * where fewer than half of the bones match, of those that the clip moves or of the model's where these are fewer,
+   * and without a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning tells that
+   * `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1663,11 +1667,13 @@ export interface LiveOptions {
    * each rest pose; limbs that rest otherwise are aligned from joint to joint, so that the hand points where the
    * source's points; a source that rests with its legs folded up beside the trunk (LaFAN1) counts as resting as it
    * stands straightest in the clip, which X-Tweend-Warning tells; bones in between share the motion, or are taken
-   * into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Expressions
-   * and gaze of a VRMA go over to a VRM's face either way. Bones that the clip moves and that have no counterpart
-   * are a warning with the first of their names. 422 where fewer than half of the bones match, of those that the
-   * clip moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where
-   * no other is asked for, X-Tweend-Warning tells that `auto` does nothing.
+   * into it; a spine that bends at other joints swings as a whole, so that neck and shoulders are where the clip
+   * has them, and its first joint moves by what turning cannot reach; hips move by the ratio of leg lengths, and
+   * between humanoid maps by that of hip heights. Expressions and gaze of a VRMA go over to a VRM's face either
+   * way. Bones that the clip moves and that have no counterpart are a warning with the first of their names. 422
+   * where fewer than half of the bones match, of those that the clip moves or of the model's where these are fewer,
+   * and without a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning tells that
+   * `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1781,11 +1787,13 @@ export interface TracksOptions {
    * each rest pose; limbs that rest otherwise are aligned from joint to joint, so that the hand points where the
    * source's points; a source that rests with its legs folded up beside the trunk (LaFAN1) counts as resting as it
    * stands straightest in the clip, which X-Tweend-Warning tells; bones in between share the motion, or are taken
-   * into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Expressions
-   * and gaze of a VRMA go over to a VRM's face either way. Bones that the clip moves and that have no counterpart
-   * are a warning with the first of their names. 422 where fewer than half of the bones match, of those that the
-   * clip moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where
-   * no other is asked for, X-Tweend-Warning tells that `auto` does nothing.
+   * into it; a spine that bends at other joints swings as a whole, so that neck and shoulders are where the clip
+   * has them, and its first joint moves by what turning cannot reach; hips move by the ratio of leg lengths, and
+   * between humanoid maps by that of hip heights. Expressions and gaze of a VRMA go over to a VRM's face either
+   * way. Bones that the clip moves and that have no counterpart are a warning with the first of their names. 422
+   * where fewer than half of the bones match, of those that the clip moves or of the model's where these are fewer,
+   * and without a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning tells that
+   * `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";
