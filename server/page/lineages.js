@@ -74,6 +74,7 @@ export class Lineages {
     for (const id of ids) delete this.pictures[id];
     this.#keep();
     this.#write('pictures', this.pictures);
+    this.#write('forgotten', ids); // other tabs hear of what changes: these may have been in no work
   }
 
   setPicture(id, url) {

@@ -77,12 +77,14 @@ export class RotationPanel {
   async #read() {
     this.close();
     const { model, clip } = this.animation;
+    this.content.ariaBusy = 'false';
     if (!clip) {
       this.say(`${model ? 'This model has no clip. ' : ''}A clip’s rotation tracks are shown here as curves.`);
       return;
     }
     if (state('tab') !== 'animation' && state('ghosts') === 'off' && !shows('trail')) return;
     const { signal } = (this.controller = new AbortController());
+    this.content.ariaBusy = 'true'; // what is shown is of the node, order or clip before
     try {
       const { tracks } = await this.timeline.tracksOf;
       if (signal.aborted) return;
@@ -101,6 +103,8 @@ export class RotationPanel {
       this.tick(this.animation.time ?? 0);
     } catch (error) {
       if (!signal.aborted) fail('The rotation cannot be shown', error);
+    } finally {
+      if (!signal.aborted) this.content.ariaBusy = 'false';
     }
   }
 

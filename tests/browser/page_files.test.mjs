@@ -181,6 +181,8 @@ visits('models are deleted, and the browser goes back to the one before', {}, as
 
 visits('tabs of one browser list the same, by the same names', {}, async (visit) => {
   await visit.level(2);
+  const sent = await fetch(`${daemon.url}/v1/models?name=unopened.obj`, { method: 'POST', headers: { 'Content-Type': 'model/obj' }, body: `# unopened\n${PYRAMID}` });
+  assert.equal(sent.status, 201);
   const other = Object.assign(new Visit(), { page: await visit.page.context().newPage() });
   await other.page.goto(await visit.address());
   const rename = async ({ page }, name, to) => {
@@ -200,6 +202,8 @@ visits('tabs of one browser list the same, by the same names', {}, async (visit)
   for (const name of ['A cube', 'An octopus']) await entry(visit, name).waitFor();
   await visit.page.getByRole('button', { name: 'Delete shared.obj' }).click();
   await entry(other, 'shared.obj').waitFor({ state: 'detached' }); // when the time to undo is over
+  await visit.page.getByRole('button', { name: 'Delete unopened.obj' }).click();
+  await entry(other, 'unopened.obj').waitFor({ state: 'detached' }); // no tab has opened or named it
 });
 
 visits('all versions of a deleted model go when the page is left', { isAlone: true }, async (visit) => {
