@@ -138,7 +138,7 @@ TEST_WITH(head_at_all_limits_comes_in_pieces, set_up, tear_down) {
   }
 }
 
-static void assert_refused(fixture *f, int expected, const char *detail, const head *h) {
+static void assert_head_refused(fixture *f, int expected, const char *detail, const head *h) {
   assert_int_equal(ask_head(f, h), expected);
   assert_int_equal(answers(f), 1);
   assert_true(has(f, "Connection: close"));
@@ -147,23 +147,23 @@ static void assert_refused(fixture *f, int expected, const char *detail, const h
 
 TEST_WITH(what_is_one_over_a_limit_is_told_which, set_up, tear_down) {
   fixture *f = *state;
-  assert_refused(f, 414, "8192 bytes", &(head){.target = SRV_TARGET_MAX + 1, .arguments = 1});
-  assert_refused(f, 400, "32 arguments", &(head){.target = 1000, .arguments = SRV_ARGUMENTS_MAX + 1});
-  assert_refused(f, 431, "64 fields", &(head){.target = 100, .fields = FIELDS + 1});
-  assert_refused(f, 431, "64 fields",
-                 &(head){.target = 100, .fields = 30, .cookies = FIELDS - 30, .cookie_bytes = 1000});
-  assert_refused(f, 431, "4096 bytes",
-                 &(head){.target = 100, .cookies = 1, .cookie_bytes = SRV_COOKIES_MAX + 1});
-  assert_refused(f, 431, "16384 bytes", &(head){.target = 100, .fields = 1, .size = SRV_HEAD_MAX + 1});
+  assert_head_refused(f, 414, "8192 bytes", &(head){.target = SRV_TARGET_MAX + 1, .arguments = 1});
+  assert_head_refused(f, 400, "32 arguments", &(head){.target = 1000, .arguments = SRV_ARGUMENTS_MAX + 1});
+  assert_head_refused(f, 431, "64 fields", &(head){.target = 100, .fields = FIELDS + 1});
+  assert_head_refused(f, 431, "64 fields",
+                      &(head){.target = 100, .fields = 30, .cookies = FIELDS - 30, .cookie_bytes = 1000});
+  assert_head_refused(f, 431, "4096 bytes",
+                      &(head){.target = 100, .cookies = 1, .cookie_bytes = SRV_COOKIES_MAX + 1});
+  assert_head_refused(f, 431, "16384 bytes", &(head){.target = 100, .fields = 1, .size = SRV_HEAD_MAX + 1});
 }
 
 /* The library itself may answer these, or refuses them so that a refusal of ours comes before its own. */
 TEST_WITH(what_is_far_over_a_limit_is_refused, set_up, tear_down) {
   fixture *f = *state;
-  assert_refused(f, 414, "", &(head){.target = 60000, .arguments = 1});
-  assert_refused(f, 400, "32 arguments", &(head){.target = 8000, .arguments = 4000});
-  assert_refused(f, 431, "", &(head){.target = 100, .fields = 5000});
-  assert_refused(f, 431, "", &(head){.target = 100, .fields = 1, .size = 60000});
-  assert_refused(f, 431, "4096 bytes", &(head){.target = 100, .cookies = 1, .cookie_bytes = 12000});
-  assert_refused(f, 431, "", &(head){.target = 100, .cookies = 4000, .cookie_bytes = 12000});
+  assert_head_refused(f, 414, "", &(head){.target = 60000, .arguments = 1});
+  assert_head_refused(f, 400, "32 arguments", &(head){.target = 8000, .arguments = 4000});
+  assert_head_refused(f, 431, "", &(head){.target = 100, .fields = 5000});
+  assert_head_refused(f, 431, "", &(head){.target = 100, .fields = 1, .size = 60000});
+  assert_head_refused(f, 431, "4096 bytes", &(head){.target = 100, .cookies = 1, .cookie_bytes = 12000});
+  assert_head_refused(f, 431, "", &(head){.target = 100, .cookies = 4000, .cookie_bytes = 12000});
 }

@@ -167,3 +167,10 @@ size_t body_size(const fixture *f) {
 bool has(const fixture *f, const char *text) {
   return strstr(f->answer, text) != NULL;
 }
+
+void assert_refused(fixture *f, int expected, const char *request) {
+  assert_true(ask(f, request));
+  assert_int_equal(status(f), expected);
+  assert_int_equal(answers(f), 1);
+  assert_true(has(f, "Connection: close"));
+}

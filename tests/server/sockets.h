@@ -41,6 +41,8 @@ void say(int fd, const char *text);
 bool read_all(fixture *f, int fd); /* until the other side closes; false when it resets or stays open */
 void read_until(fixture *f, int fd, const char *text);
 bool ask(fixture *f, const char *request); /* one request on a connection of its own, up to its close */
+void assert_refused(fixture *f, int expected,
+                    const char *request); /* by that status, and the connection closes */
 
 /* Of the last answer. */
 int status(const fixture *f);
