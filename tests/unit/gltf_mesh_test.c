@@ -597,7 +597,7 @@ TEST(texture_coordinates_and_colours_that_are_no_numbers_are_told) {
                 *uv = mesh->uv_sets[0].values + 2 * mesh->uv_sets[0].corners[c];
     uint32_t vertex = (uint32_t)(at[1] > 0 ? 3 - at[0] : at[0]);                        /* of the file */
     assert_true(vertex == 0 ? uv[0] == 0.25f && uv[1] == 0 : uv[0] == 0 && uv[1] == 1); /* v up */
-    const float *color = mesh->attributes[0].values + 3 * point;
+    const float *color = mesh->attributes[0].values + mesh->attributes[0].width * point;
     static const float expected[4][3] = {{0, 0, 0}, {1, 1, 1}, {1, 1, 1}, {0, 1, 0}};
     assert_memory_equal(color, expected[vertex], sizeof expected[vertex]);
   }
