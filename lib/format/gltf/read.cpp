@@ -86,6 +86,7 @@ void fill_targets(Document &document) {
     for (tinygltf::Primitive &primitive : primitives) {
       if (!primitive.targets.empty()) continue;
       check_morph_count(most, m);
+      document.budget.place = text("/meshes/", m);
       document.budget.take(most * sizeof primitive.targets[0]);
       primitive.targets.resize(most);
       filled++;
