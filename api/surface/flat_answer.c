@@ -83,7 +83,8 @@ api_outcome api_flat_warn_of_far(api_call *call, uint32_t count) {
 /* How many meshes, nodes or materials have something. */
 typedef struct flat_losses {
   uint64_t instances, shown;
-  uint32_t materials, textures, colors, corner_colors, attributes, uvs, more_uvs, seams, loose, hard;
+  uint32_t materials, textures, moved_textures, colors, corner_colors, attributes, uvs, more_uvs, seams,
+      loose, hard;
 } flat_losses;
 
 /* Whether the surface has more than one normal at some point: its rows are split, and it has infinitely sharp
@@ -123,6 +124,7 @@ static flat_losses count_losses(const tw_scene *scene, bool is_hard) {
   const tw_model *model = scene->model;
   flat_losses losses = {.materials = model->material_colors ? model->material_count : 0};
   losses.textures = model->assets ? model->material_count : 0;
+  losses.moved_textures = tw_gltf_moved_textures(model->assets);
   for (uint32_t i = 0; i < model->mesh_count; i++)
     count_mesh(&model->meshes[i], scene->surfaces[i], is_hard, &losses);
   for (uint32_t n = 0; n < model->node_count; n++) {
@@ -143,6 +145,8 @@ api_outcome api_flat_warn_of_losses(api_call *call, const tw_scene *scene, uint3
               {API_LACKS_MATERIALS, losses.materials + losses.textures > 0, "materials"},
               {API_LACKS_TEXTURES, losses.textures > 0, "all of materials but their base colours"},
               {API_LACKS_UVS, losses.uvs > 0, "texture coordinates"},
+              {API_LACKS_TRANSFORMS, losses.uvs > 0 && losses.moved_textures > 0,
+               "the transforms of texture coordinates (KHR_texture_transform)"},
               {API_LACKS_MORE_UVS, losses.more_uvs > 0, "texture coordinates behind the first set"},
               {API_LACKS_COLORS, losses.colors > 0, "colours of points"},
               {API_LACKS_CORNER_COLORS, losses.corner_colors > 0, "all but one colour of a point"},

@@ -41,7 +41,8 @@ enum api_lack {
   API_LACKS_CORNER_COLORS = 64,
   API_LACKS_CORNER_NORMALS = 128,
   API_LACKS_CORNER_UVS = 256,
-  API_LACKS_SCENE = 512 /* instances, attributes, points and lines */
+  API_LACKS_SCENE = 512,      /* instances, attributes, points and lines */
+  API_LACKS_TRANSFORMS = 1024 /* of the texture coordinates that the form has */
 };
 
 /* Warns of what a scene has and the call's form has not. lacks: of enum api_lack. is_hard: edges that the

@@ -10,9 +10,9 @@
 
 /* What the meshes and nodes of a model have, and an OBJ has no place for. */
 typedef struct obj_losses {
-  uint64_t parted_points;                     /* at which faces have different colours */
-  uint64_t instances;                         /* of nodes whose mesh their joints have taken elsewhere */
-  uint32_t clear, attributes, uv_sets, loose; /* meshes that have alpha, ... */
+  uint64_t parted_points;                          /* at which faces have different colours */
+  uint64_t instances;                              /* of nodes whose mesh their joints have taken elsewhere */
+  uint32_t clear, attributes, uvs, uv_sets, loose; /* meshes that have alpha, ... */
 } obj_losses;
 
 /* *parted: points at whose corners the colours differ. */
@@ -51,6 +51,7 @@ static bool count_losses(const tw_mesh *mesh, obj_losses *losses) {
     if (attribute->corners) is_counted = count_parted_points(mesh, attribute, &losses->parted_points);
   }
   losses->attributes += has_attributes;
+  losses->uvs += mesh->uv_set_count > 0;
   losses->uv_sets += mesh->uv_set_count > 1;
   losses->loose += mesh->loose != NULL;
   return is_counted;
@@ -85,6 +86,8 @@ api_outcome api_obj_warn_of_losses(api_call *call, const tw_model *model) {
   list(&text, losses.clear, "alpha", NULL);
   list(&text, losses.attributes, "attributes of the application", NULL);
   list(&text, losses.uv_sets, "texture coordinates behind the first set", NULL);
+  list(&text, losses.uvs ? tw_gltf_moved_textures(model->assets) : 0,
+       "the transforms of texture coordinates (KHR_texture_transform)", NULL);
   list(&text, losses.loose, "points and lines", NULL);
   list(&text, materials, "all of ",
        tw_plural(materials, " material but its name", " materials but their names"));

@@ -64,11 +64,12 @@ static bool shows_holes(const api_surface_request *request) {
   return request->query.with_holes && mesh < model->mesh_count;
 }
 
-/* Whether the size of STL or PLY follows from what is counted here. They have no holes; and they are baked:
- * then level=auto chooses their levels by the moved meshes, and PLY's head tells where these are moved from.
- */
+/* Whether the size of STL or PLY follows from what is counted here. They have no holes, and are refused
+ * without meshes; and they are baked: then level=auto chooses their levels by the moved meshes, and PLY's
+ * head tells where these are moved from. */
 static bool is_flat_known(const api_surface_request *request, tw_flat_form form) {
   bool moves = request->query.skin != API_SKIN_BAKE && api_bakes(request->scene.content.model);
+  if (request->query.meshes == API_MESHES_NONE) return false;
   return !shows_holes(request) && !(moves && (request->query.auto_level.is_on || form == TW_FLAT_PLY));
 }
 

@@ -351,7 +351,8 @@ static const api_surface_form forms[API_SURFACE_FORMS] = {
                          .unit = "m",
                          .flat = TW_FLAT_PLY,
                          .lacks = API_LACKS_SCENE | API_LACKS_NODES | API_LACKS_MATERIALS |
-                                  API_LACKS_MORE_UVS | API_LACKS_CORNER_COLORS | API_LACKS_CORNER_NORMALS,
+                                  API_LACKS_MORE_UVS | API_LACKS_CORNER_COLORS | API_LACKS_CORNER_NORMALS |
+                                  API_LACKS_TRANSFORMS,
                          .open = open_flat,
                          .idle = of_ply,
                          .predict = predict_flat,

@@ -143,6 +143,36 @@ static api_outcome warn_of_polygons(api_call *call, const api_surface_request *r
   return api_call_warn_text(call, &text);
 }
 
+/* Tells of a cage whose tags a packed encoding has no place for: an upload of the answer is another cage. */
+static api_outcome warn_of_packed_cage(api_call *call, const api_surface_request *request) {
+  const api_surface_query *query = &request->query;
+  const tw_model *model = request->scene.content.model;
+  const api_plan *plan = api_entry_value(request->plan);
+  bool is_packed = query->encoding != TW_ENCODING_FLOAT && query->polygons == TW_POLYGONS_NGON;
+  if (!request->form->is_gltf || !is_packed || query->level > 0) return API_DONE;
+  enum { CREASES, CORNERS, HOLES, DETAILS, GROUPS, RULES, KINDS };
+  static const char *const names[KINDS] = {"creases", "corners", "holes", "details", "groups", "rules"};
+  bool has[KINDS] = {[CREASES] = plan->hard.edges > 0, [CORNERS] = plan->hard.corners > 0};
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
+    const tw_mesh *mesh = &model->meshes[i];
+    has[CREASES] |= mesh->crease_count > 0;
+    has[CORNERS] |= mesh->sharp_point_count > 0;
+    has[HOLES] |= mesh->hole_count > 0;
+    has[DETAILS] |= mesh->detail_count > 0 && query->details;
+    has[GROUPS] |= mesh->face_groups != NULL;
+    has[RULES] |= mesh->tag_boundary != TW_TAG_UNSET || mesh->tag_uv != TW_TAG_UNSET ||
+                  mesh->tag_creasing != TW_TAG_UNSET || mesh->tag_triangles != TW_TAG_UNSET;
+  }
+  tw_text text = {0};
+  for (int kind = 0; kind < KINDS; kind++) {
+    if (!has[kind]) continue;
+    tw_text_add(&text,
+                text.size > 0 ? ", " : "encoding=float alone keeps what the cage has besides polygons: ");
+    tw_text_add(&text, names[kind]);
+  }
+  return text.size > 0 ? api_call_warn_text(call, &text) : API_DONE;
+}
+
 /* The points of a mesh that follow more joints than `most`. */
 static uint64_t count_richer_points(const tw_mesh *mesh, uint32_t most) {
   uint64_t points = 0;
@@ -253,6 +283,7 @@ static api_outcome answer_surface(api_call *call, api_surface_request *request, 
   if (form->is_gltf) outcome = api_scene_animate(call, model, &request->scene);
   if (outcome == API_DONE) outcome = warn_of_hard_edges(call, request);
   if (outcome == API_DONE) outcome = warn_of_polygons(call, request);
+  if (outcome == API_DONE) outcome = warn_of_packed_cage(call, request);
   if (outcome == API_DONE) outcome = warn_of_influences(call, request);
   if (outcome == API_DONE) warn_of_baking(call, request);
   if (outcome == API_DONE) warn_of_lost_tracks(call, request);

@@ -462,6 +462,32 @@ const tw_gltf_assets *tw_gltf_assets_bare(tw_arena *arena, const tw_gltf_assets 
   return bare;
 }
 
+/* Whether a number, or each of an array, is `wanted`, or is not there. */
+static bool are_all(const char *value, double wanted) {
+  tw_json_item item;
+  double number = wanted;
+  if (!value) return true;
+  if (*value != '[')
+    return tw_read_double(value, (size_t)(tw_json_skip(value) - value), &number) > 0 && number == wanted;
+  for (bool more = tw_json_first(value, &item); more; more = tw_json_next(tw_json_skip(item.value), &item))
+    if (!are_all(item.value, wanted)) return false;
+  return true;
+}
+
+uint32_t tw_gltf_moved_textures(const tw_gltf_assets *assets) {
+  uint32_t count = 0;
+  for (uint32_t i = 0; assets && i < assets->materials.count; i++) {
+    const char *pbr = tw_json_member(assets->materials.items[i], "pbrMetallicRoughness");
+    const char *extensions = tw_json_member(tw_json_member(pbr, "baseColorTexture"), "extensions");
+    const char *transform = tw_json_member(extensions, "KHR_texture_transform");
+    bool is_identity = are_all(tw_json_member(transform, "offset"), 0) &&
+                       are_all(tw_json_member(transform, "rotation"), 0) &&
+                       are_all(tw_json_member(transform, "scale"), 1);
+    count += !is_identity;
+  }
+  return count;
+}
+
 void tw_gltf_put_json(tw_text *text, tw_gltf_plan *plan, const tw_scene *scene) {
   const tw_gltf_assets *assets = tw_gltf_assets_of(scene->model);
   tw_gltf_writer writer = {.plan = plan, .scene = scene, .assets = assets, .text = text};

@@ -76,7 +76,8 @@ tw_word tw_obj_read_line(tw_obj_text *text) {
 bool tw_obj_read_number(tw_obj_text *text, double *out) {
   tw_obj_skip_blanks(text);
   size_t used = tw_read_plain((const char *)text->at, (size_t)(text->end - text->at), out);
-  if (used == 0) {
+  bool is_whole = used > 0 && (text->at + used == text->end || text->at[used] != '#');
+  if (!is_whole) {
     tw_obj_text word = *text; /* limits the search for the ")" of "nan(" to this word */
     used = tw_word_begin_number(tw_obj_read_word(&word), out);
   }

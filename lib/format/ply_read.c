@@ -87,6 +87,7 @@ typedef struct ply_file {
   const uint8_t *at, *end;
   uint64_t line; /* from 1: of the line of the header read last, then, in text, of `at` */
   bool is_text, is_big_endian;
+  bool has_returns; /* lines of the header end with CR alone: an LF behind the last one is data */
   uint32_t element_count, property_count;
   ply_element elements[ELEMENTS_MAX];
   ply_property properties[PROPERTIES_MAX];
@@ -100,13 +101,15 @@ static tw_status fail(const ply_file *file, const char *detail) {
   return tw_fail_line(file->error, TW_SYNTAX, file->line, "%s", detail);
 }
 
-/* Reads a line, which ends with LF, CRLF or CR. False at the end of the file. */
+/* Reads a line, which ends as the first one does: with LF, CRLF or CR. False at the end of the file. */
 static bool next_line(ply_file *file, tw_word *out) {
   if (file->at == file->end) return false;
   const uint8_t *start = file->at, *at = start;
   while (at < file->end && *at != '\n' && *at != '\r') at++;
   *out = (tw_word){(const char *)start, (size_t)(at - start)};
-  if (at < file->end) at += at[0] == '\r' && file->end - at > 1 && at[1] == '\n' ? 2 : 1;
+  bool has_feed = at < file->end && at[0] == '\r' && file->end - at > 1 && at[1] == '\n';
+  if (file->line == 0) file->has_returns = at < file->end && at[0] == '\r' && !has_feed;
+  if (at < file->end) at += has_feed && !file->has_returns ? 2 : 1;
   file->at = at;
   file->line++;
   return true;

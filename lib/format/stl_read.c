@@ -216,6 +216,21 @@ static bool word_is(tw_word found, const char *word) {
   return found.length == strlen(word) && tw_word_begins(found, word);
 }
 
+/* The same, of a word of the format. Some write its ends as two words: "end loop". */
+static tw_word next_keyword(stl_text *text) {
+  static const char *const ends[][2] = {{"loop", "endloop"}, {"facet", "endfacet"}, {"solid", "endsolid"}};
+  tw_word word = next_word(text);
+  if (!word_is(word, "end")) return word;
+  stl_text rest = *text;
+  tw_word what = next_word(&rest);
+  for (size_t i = 0; i < sizeof ends / sizeof *ends; i++) {
+    if (!word_is(what, ends[i][0])) continue;
+    *text = rest;
+    return (tw_word){ends[i][1], strlen(ends[i][1])};
+  }
+  return word;
+}
+
 static tw_status read_point(stl_text *text, float out[3], tw_error *error) {
   for (int i = 0; i < 3; i++) {
     double value;
@@ -332,7 +347,7 @@ static tw_status read_text(stl_text text, tw_polygons_read *out, stl_solids *sol
   float normal[3] = {0, 0, 0};
   out->face_offsets[0] = 0;
   while (status == TW_OK) {
-    tw_word word = next_word(&text);
+    tw_word word = next_keyword(&text);
     if (word.length == 0) break;
     if (!tw_work(WORD_STEPS)) return tw_work_status(error);
     if (word_is(word, "vertex") && in_loop) {
@@ -367,7 +382,8 @@ static tw_status read_text(stl_text text, tw_polygons_read *out, stl_solids *sol
 /* Implements tw_read_exact. file: the stl_text, which read_text has read without an error. */
 static void read_exact(void *file, double *out) {
   stl_text text = *(stl_text *)file;
-  for (tw_word word = next_word(&text); word.length > 0 && tw_work(WORD_STEPS); word = next_word(&text)) {
+  for (tw_word word = next_keyword(&text); word.length > 0 && tw_work(WORD_STEPS);
+       word = next_keyword(&text)) {
     if (word_is(word, "solid") || word_is(word, "endsolid")) read_name(&text);
     for (int i = 0; word_is(word, "vertex") && i < 3; i++) tw_word_number(next_word(&text), out++);
   }

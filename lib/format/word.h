@@ -38,12 +38,28 @@ static inline size_t tw_word_begin_not_finite(tw_word word, double *out) {
   return close ? (size_t)(close - word.text) + 1 : used;
 }
 
+/* Whether a word is what Microsoft's printf wrote for a number that is not finite until 2015: "1.#INF00",
+ * "-1.#IND", "1.#QNAN0", and rounded to fewer places "1.#J" or "1.#R". hash: where its # is. */
+static inline bool tw_word_is_hashed(tw_word word, size_t hash) {
+  if (hash < 2 || word.text[hash - 2] != '1' || word.text[hash - 1] != '.') return false;
+  if (hash > 3 || (hash == 3 && word.text[0] != '-' && word.text[0] != '+')) return false;
+  size_t at = hash + 1;
+  while (at < word.length && word.text[at] >= 'A' && word.text[at] <= 'Z') at++;
+  bool has_letters = at > hash + 1;
+  while (at < word.length && word.text[at] == '0') at++;
+  return has_letters && at == word.length;
+}
+
 /* Reads a number at the beginning of a text, or what printf writes for one that is not finite. Returns its
  * length, 0 if there is none. */
 static inline size_t tw_word_begin_number(tw_word word, double *out) {
   size_t used = tw_read_plain(word.text, word.length, out); /* nearly always enough, and inline */
   if (used == 0) used = tw_read_double(word.text, word.length, out);
-  return used > 0 ? used : tw_word_begin_not_finite(word, out);
+  if (used == 0) return tw_word_begin_not_finite(word, out);
+  if (used == word.length || word.text[used] != '#' || !tw_word_is_hashed(word, used)) return used;
+  const tw_word kind = {word.text + used + 1, word.length - used - 1};
+  *out = tw_word_begins(kind, "inf") ? INFINITY : NAN;
+  return word.length;
 }
 
 /* Reads a word that is a number and nothing else; false for any other word. */

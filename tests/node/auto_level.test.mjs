@@ -96,7 +96,7 @@ test('the sizes that surface.json tells are those of the answers, of morphing mo
   const model = await daemon.upload(growing());
   const bytes = async (form, query) => (await (await fetch(`${model}/surface.${form}?${query}`)).arrayBuffer()).byteLength;
   const levels = new Set();
-  for (const [query, told] of [['level=auto&error=0.02', ''], ['level=auto&error=0.02&skin=bake&clip=none', 'stl,ply'], ['level=1', 'stl']]) {
+  for (const [query, told] of [['level=auto&error=0.02', ''], ['level=auto&error=0.02&skin=bake&clip=none', 'stl,ply'], ['level=1', 'stl'], ['level=1&meshes=none', '']]) {
     const { forms, level } = await (await fetch(`${model}/surface.json?${query}`)).json();
     levels.add(level);
     assert.equal(['stl', 'ply'].filter((form) => form in forms).join(), told);

@@ -116,3 +116,34 @@ test('surface.json tells the size of a compressed answer, which HEAD knows from 
   assert.equal(await length(), String(bytes));
   assert.equal((await answer(model, query)).length, bytes);
 });
+
+test('what a cage loses with an encoding is told, and nothing else', async () => {
+  const square = 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n';
+  const kinds = {
+    '': 'f 1 2 3 4\n',
+    creases: 'f 1 2 3 4\nt crease 2/1/0 0 1 2.5\n',
+    corners: 'f 1 2 3 4\nt corner 1/1/0 3 2\n',
+    holes: 'v 0 0 1\nf 1 2 3 4\nf 1 5 2\nt hole 1/0/0 1\n',
+    groups: 'g roof\nf 1 2 3 4\n',
+    rules: 'f 1 2 3 4\nt interpolateboundary 1/0/0 2\n',
+  };
+  const facts = async (model) => {
+    const { meshes: [{ creases, corners, holes, groups }] } = await (await fetch(model)).json();
+    return { creases, corners, holes, groups: groups.map(({ name }) => name) };
+  };
+  for (const [kind, faces] of Object.entries(kinds)) {
+    const model = await daemon.upload(square + faces);
+    const cage = await facts(model);
+    for (const encoding of ['float', 'quantized', 'meshopt']) {
+      const query = `${model}/surface.glb?level=0&polygons=ngon&normals=none&encoding=${encoding}`;
+      const response = await fetch(query);
+      const warning = decodeURIComponent(response.headers.get('X-Tweend-Warning') ?? '');
+      const again = await facts(await daemon.upload(Buffer.from(await response.arrayBuffer())));
+      if (encoding === 'float' || kind === '') assert.deepEqual([again, warning], [cage, ''], `${kind} ${encoding}`);
+      else assert.match(warning, new RegExp(`encoding=float alone keeps .*: ${kind}$`));
+      if (encoding !== 'float' && kind in cage) assert.notDeepEqual(again, cage, kind); // or there would be nothing to tell
+      const { headers } = await fetch(query.replace('level=0', 'level=1'));
+      assert.equal(headers.get('X-Tweend-Warning'), null);
+    }
+  }
+});

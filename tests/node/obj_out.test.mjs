@@ -189,6 +189,29 @@ test('alpha, further texture coordinates, attributes and materials are told', as
   assert.doesNotMatch((await ask(model, 'glb?level=1')).warning, /without/);
 });
 
+// Texture coordinates that gltfpack wrote, say, go from 0 to 4095, and the material scales them down.
+for (const [transform, isMoved] of [
+  [{ scale: [1 / 4095, 1 / 4095] }, true], [{ offset: [0, 0.5] }, true], [{ rotation: -1e-3 }, true],
+  [{}, false], [{ offset: [0, -0], rotation: 0.0, scale: [1, 1.0], texCoord: 0 }, false],
+])
+  test(`texture coordinates are without ${JSON.stringify(transform)} in OBJ and PLY, which is told where it moves them`, async () => {
+    const model = await daemon.upload(document((root, add) => {
+      const attributes = { POSITION: positions(add, [...TRIANGLE, [0, 0, 1]]), TEXCOORD_0: add(new Float32Array([0, 0, 4095, 0, 0, 4095, 7, 7]), 'VEC2') };
+      const indices = add(new Uint16Array([0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3]), 'SCALAR');
+      const baseColorTexture = { index: 0, extensions: { KHR_texture_transform: transform } };
+      root.images = [{ uri: 'data:image/png;base64,iVBORw0KGgo=' }];
+      root.textures = [{ source: 0 }];
+      root.extensionsUsed = ['KHR_texture_transform'];
+      root.materials = [{ pbrMetallicRoughness: { baseColorTexture } }];
+      root.meshes = [{ primitives: [{ attributes, indices, material: 0 }] }];
+      root.nodes = [{ mesh: 0 }];
+    }));
+    const told = /without.* the transforms of texture coordinates \(KHR_texture_transform\)/;
+    const expect = isMoved ? assert.match : assert.doesNotMatch;
+    for (const form of ['obj', 'ply']) expect((await ask(model, `${form}?level=1`)).warning, told);
+    assert.doesNotMatch((await ask(model, 'glb?level=1')).warning, told);
+  });
+
 test('a skinned mesh lies where its joints put it, whatever its own node does', async () => {
   const model = await daemon.upload(document((root, add) => {
     const attributes = { POSITION: positions(add, TRIANGLE), JOINTS_0: add(new Uint8Array(12), 'VEC4'), WEIGHTS_0: add(new Float32Array([1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]), 'VEC4') };

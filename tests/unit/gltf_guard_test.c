@@ -73,6 +73,29 @@ TEST(a_glb_cut_anywhere_is_refused) {
   free(file.bytes);
 }
 
+/* Blanks belong there. */
+TEST(zeros_behind_the_json_text_are_told) {
+  static const uint8_t bin[4] = {1, 2, 3, 4};
+  for (int length = 1; length <= 4; length++) {
+    char json[64];
+    snprintf(json, sizeof json, "{" ASSET ",'nodes':[{'name':'%.*s'}]}", length, "long");
+    glb_file file = glb_build(json, bin, sizeof bin);
+    size_t used = 20 + strlen(json), end = (used + 3) / 4 * 4;
+    memset(file.bytes + used, 0, end - used);
+    tw_model *model = NULL;
+    tw_error error = {0};
+    assert_int_equal(gltf_read_bytes(file.bytes, file.size, 0, &model, &error), TW_OK);
+    assert_int_equal(model->node_count, 1);
+    assert_int_equal(warns_of(model, "behind the JSON text"), end > used);
+    tw_model_destroy(model);
+    free(file.bytes);
+  }
+  tw_error error = {0};
+  assert_int_equal(read_bytes("{\"asset\":{\"version\":\"2.0\"}}\0\0", 29, &error), TW_OK);
+  assert_int_equal(read_bytes("{\"asset\":{\"version\":\"2.0\"}}\0 ", 29, &error), TW_SYNTAX);
+  assert_int_equal(read_bytes("\0\0\0\0", 4, &error), TW_SYNTAX);
+}
+
 TEST(more_chunks_may_follow_when_they_fit) {
   static const uint8_t bin[16] = {0};
   glb_file file = glb_build("{" ASSET "}", bin, 16);
@@ -354,6 +377,10 @@ TEST(required_extensions_are_refused_by_name) {
   assert_int_equal(read_text("{" ASSET ",'extensionsUsed':['X_unknown']}", &error), TW_OK);
   assert_int_equal(read_text("{" ASSET ",'extensionsRequired':['KHR_mesh_quantization',"
                              "'KHR_materials_unlit']}",
+                             &error),
+                   TW_OK);
+  assert_int_equal(read_text("{" ASSET ",'extensionsRequired':['VRM','VRMC_vrm','VRMC_vrm_animation',"
+                             "'VRMC_materials_mtoon','KHR_xmp_json_ld']}",
                              &error),
                    TW_OK);
 }

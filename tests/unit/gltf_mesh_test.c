@@ -132,6 +132,11 @@ TEST(bad_primitives_are_refused) {
        "/meshes/0/primitives/0/targets/0/POSITION"},
       {"{'attributes':{'POSITION':0},'indices':1,'targets':[{}]},{'attributes':{'POSITION':0}}",
        "/meshes/0/primitives/1"},
+      {"{'attributes':{'POSITION':0},'indices':1,'targets':[{}]},{'attributes':{'POSITION':0},'indices':1,"
+       "'targets':[{},{}]}",
+       "/meshes/0/primitives"},
+      {"{'attributes':{'POSITION':0},'indices':1,'targets':[{}]},{'attributes':{'POSITION':0},'mode':1}",
+       "/meshes/0/primitives"},
   };
   static const char accessors[] =
       POSITIONS "," INDICES ",{'bufferView':0,'componentType':5126,'count':2,'type':'VEC2'},"
@@ -571,6 +576,36 @@ TEST(an_attribute_that_is_no_number_is_0_there) {
   tw_model_destroy(model);
 }
 
+/* As in an OBJ. */
+TEST(texture_coordinates_and_colours_that_are_no_numbers_are_told) {
+  const struct {
+    float positions[4][3], uvs[4][2], colors[4][3];
+  } all = {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}},
+           {{0.25f, 1}, {NAN, 0.5f}, {0.5f, -INFINITY}, {2e18f, 0}},
+           {{0, 0, 0}, {0, NAN, 0}, {0, 0, INFINITY}, {0, 1, 0}}};
+  const char *json =
+      "{" ASSET ",'buffers':[{'byteLength':128}],'bufferViews':[{'buffer':0,'byteLength':128}],'accessors':["
+      "{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3'},"
+      "{'bufferView':0,'byteOffset':48,'componentType':5126,'count':4,'type':'VEC2'},"
+      "{'bufferView':0,'byteOffset':80,'componentType':5126,'count':4,'type':'VEC3'}],"
+      "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'TEXCOORD_0':1,'COLOR_0':2},'mode':6}]}]}";
+  tw_model *model = glb_read(json, &all, sizeof all);
+  const tw_mesh *mesh = &model->meshes[0];
+  for (uint32_t c = 0; c < mesh->corner_count; c++) {
+    uint32_t point = mesh->corners[c];
+    const float *at = mesh->positions + 3 * point,
+                *uv = mesh->uv_sets[0].values + 2 * mesh->uv_sets[0].corners[c];
+    uint32_t vertex = (uint32_t)(at[1] > 0 ? 3 - at[0] : at[0]);                        /* of the file */
+    assert_true(vertex == 0 ? uv[0] == 0.25f && uv[1] == 0 : uv[0] == 0 && uv[1] == 1); /* v up */
+    const float *color = mesh->attributes[0].values + mesh->attributes[0].width * point;
+    static const float expected[4][3] = {{0, 0, 0}, {1, 1, 1}, {1, 1, 1}, {0, 1, 0}};
+    assert_memory_equal(color, expected[vertex], sizeof expected[vertex]);
+  }
+  assert_true(warns_of(model, "3 texture coordinates are 0 0: they are no numbers up to 1e18"));
+  assert_true(warns_of(model, "COLOR_0 is white and opaque where it is no number"));
+  tw_model_destroy(model);
+}
+
 TEST(normals_of_targets_displace_those_of_the_file_alone) {
   const char *both = "{'attributes':{'POSITION':0,'NORMAL':0},'indices':1,'targets':[{'POSITION':0},"
                      "{'POSITION':0,'NORMAL':0}]}",
@@ -650,6 +685,45 @@ TEST(morph_weights_must_fit_the_targets) {
     assert_true(mesh->morph_weights[0] == 0.5f && mesh->morph_weights[1] == 1);
     tw_model_destroy(model);
   }
+}
+
+TEST(a_mesh_without_targets_needs_no_weights) {
+  char json[1024];
+  snprintf(json, sizeof json,
+           "{" ASSET "," SQUARE_BUFFER ",'accessors':[" POSITIONS "," INDICES
+           "],'meshes':[{'weights':[0.5],'primitives':[" PRIMITIVE "]}]}");
+  tw_model *model = glb_read(json, &square, sizeof square);
+  assert_int_equal(model->meshes[0].morph_count, 0);
+  assert_null(model->meshes[0].morph_weights);
+  assert_true(warns_of(model, "1 mesh has morph weights and no targets: they are left out"));
+  tw_model_destroy(model);
+}
+
+/* The second triangle has points and a material of its own. */
+TEST(a_primitive_without_targets_stays_where_others_are_moved) {
+  static const char primitives[] =
+      "{'attributes':{'POSITION':0},'indices':2},{'attributes':{'POSITION':0},'indices':1,'targets':[{},"
+      "{'POSITION':0}]}";
+  square_bin bin = square;
+  const uint16_t triangle[3] = {2, 1, 0};
+  memcpy(bin.spare, triangle, sizeof triangle);
+  char json[1024];
+  snprintf(json, sizeof json,
+           "{" ASSET "," SQUARE_BUFFER ",'accessors':[" POSITIONS "," INDICES
+           "," ACCESSOR(1, 12, U16, 3, SCALAR) "],'meshes':[{'weights':[0,1],'primitives':[%s]}]}",
+           primitives);
+  tw_model *model = glb_read(json, &bin, sizeof bin);
+  const tw_mesh *mesh = &model->meshes[0];
+  assert_int_equal(mesh->morph_count, 2);
+  assert_int_equal(mesh->face_count, 3);
+  for (uint32_t c = 0; c < mesh->corner_count; c++)
+    for (int k = 0; k < 3; k++) {
+      const uint32_t at = 3 * mesh->corners[c] + (uint32_t)k;
+      assert_true(mesh->morphs[0][at] == 0);
+      assert_true(mesh->morphs[1][at] == (c < 3 ? 0 : mesh->positions[at]));
+    }
+  assert_true(warns_of(model, "1 primitive has no morph targets beside others of its mesh"));
+  tw_model_destroy(model);
 }
 
 /* ---- surfaces -------------------------------------------------------------------------------- */

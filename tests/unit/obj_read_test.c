@@ -63,6 +63,11 @@ TEST(bad_files_are_refused_at_their_line) {
       {"v 0 0 -\n", TW_SYNTAX, 1},
       {"\nv nan 0 0\n", TW_INVALID, 2},
       {"v 0 -nan(ind) 0\n", TW_INVALID, 1},
+      {"v 0 0 1.#IND\n", TW_INVALID, 1}, /* as Microsoft's printf wrote them, and no comments */
+      {"v 0 0 -1.#IND00\n", TW_INVALID, 1},
+      {"v 1.#QNAN0 0 0\n", TW_INVALID, 1},
+      {"v 0 +1.#INF 0\n", TW_INVALID, 1},
+      {"v 0 0 1.#J\n", TW_INVALID, 1},
       {"v 0 +Inf 0\n", TW_INVALID, 1},
       {"v nano 0 0\n", TW_SYNTAX, 1},
       {"v 0 nan(ind 0\n", TW_SYNTAX, 1},
@@ -290,6 +295,29 @@ TEST(texture_coordinates_that_are_not_finite_become_0_with_a_warning) {
     assert_memory_equal(set->values + 2 * set->corners[c], expected[c], sizeof expected[c]);
   assert_int_equal(model->warning_count, 1);
   assert_non_null(strstr(model->warnings[0], "2 texture coordinates are 0 0"));
+  tw_model_destroy(model);
+}
+
+/* What looks like a number that is not finite to Microsoft's printf, and is not. */
+TEST(comments_may_stand_right_behind_numbers) {
+  static const char *const ends[] = {"#IND", "#a", "#0", "#", "# IND", "#INFO-1", "#ind"};
+  for (size_t i = 0; i < sizeof ends / sizeof *ends; i++) {
+    char text[128];
+    snprintf(text, sizeof text, "v 0 0 0\nv 1 0 1%s\nv 0 1 1%s%s\nf 1 2 3\n", ends[i], i == 0 ? ".5" : ".",
+             ends[i]);
+    tw_model *model = read_good(text);
+    assert_true(model->meshes[0].positions[5] == 1);
+    assert_true(model->meshes[0].positions[8] == (i == 0 ? 1.5f : 1));
+    assert_int_equal(model->warning_count, 0);
+    tw_model_destroy(model);
+  }
+  tw_model *model =
+      read_good(TRIANGLE "vt 1.#QNAN 1\nvt 0.5 -1.#IND\nvt 0.25 1\nvn 1.#INF 0 0\nf 1/1/1 2/2/1 3/3/1\n");
+  const tw_uv_set *set = &model->meshes[0].uv_sets[0];
+  const float expected[3][2] = {{0, 0}, {0, 0}, {0.25f, 1}};
+  for (int c = 0; c < 3; c++)
+    assert_memory_equal(set->values + 2 * set->corners[c], expected[c], sizeof expected[c]);
+  assert_int_equal(model->warning_count, 2);
   tw_model_destroy(model);
 }
 

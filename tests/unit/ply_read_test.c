@@ -50,6 +50,7 @@ TEST(bad_rows_are_refused) {
   assert_refused(HEADER("ascii", "1", "0") "0 0 zero 1 1 1\n", TW_SYNTAX, "malformed");
   assert_refused(HEADER("ascii", "1", "0") "0 0 1e40 1 1 1\n", TW_INVALID, "vertex 0");
   assert_refused(HEADER("ascii", "1", "0") "0 0 nan 1 1 1\n", TW_INVALID, "vertex 0");
+  assert_refused(HEADER("ascii", "1", "0") "0 0 -1.#IND 1 1 1\n", TW_INVALID, "vertex 0");
   assert_refused(HEADER("ascii", "1", "1") "0 0 1 1 1 1\n3 0 0 1\n", TW_INVALID, "face 0");
   assert_refused(HEADER("ascii", "1", "1") "0 0 1 1 1 1\n-3 0 0 0\n", TW_SYNTAX, "length of a list");
   assert_refused(HEADER("ascii", "1", "1") "0 0 1 1 1 1\n4000000000 0 0 0\n", TW_SYNTAX, "cut off");
@@ -363,5 +364,25 @@ TEST(what_a_ply_holds_beside_is_told) {
   assert_string_equal(model->warnings[1],
                       "2 lines of the header are left out, the first in line 4: pictures are other files");
   assert_string_equal(model->warnings[2], "4 bytes behind the last element are left out");
+  tw_model_destroy(model);
+}
+
+/* Lines that end with CR alone, and data that begins with a byte that ends other lines. */
+TEST(a_line_feed_behind_a_header_of_returns_is_data) {
+  static const char header[] =
+      "ply\rformat binary_little_endian 1.0\relement vertex 3\rproperty uchar x\r"
+      "property uchar y\rproperty uchar z\relement face 1\rproperty list uchar uchar "
+      "vertex_indices\rend_header\r";
+  static const uint8_t rows[] = {10, 0, 0, 1, 0, 0, 0, 1, 0, 3, 0, 1, 2};
+  uint8_t bytes[sizeof header - 1 + sizeof rows];
+  memcpy(bytes, header, sizeof header - 1);
+  memcpy(bytes + sizeof header - 1, rows, sizeof rows);
+  tw_model *model;
+  tw_error error;
+  assert_int_equal(read_bytes(bytes, sizeof bytes, &model, &error), TW_OK);
+  const float expected[9] = {10, 0, 0, 1, 0, 0, 0, 1, 0};
+  assert_int_equal(model->meshes[0].face_count, 1);
+  assert_memory_equal(model->meshes[0].positions, expected, sizeof expected);
+  assert_int_equal(model->warning_count, 0);
   tw_model_destroy(model);
 }

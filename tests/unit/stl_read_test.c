@@ -57,6 +57,24 @@ TEST(words_out_of_place_are_refused_with_their_line) {
   assert_refused("neither", TW_SYNTAX, 0);
 }
 
+/* As some programs of engineers write them: "end loop". */
+TEST(ends_may_be_two_words) {
+#define TWO_WORDS(name)                                                                                      \
+  "solid " name "\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nend loop\n"     \
+  "End Facet\nend solid " name "\n"
+  tw_model *model = read_text(TWO_WORDS("a part"));
+  assert_int_equal(model->meshes[0].face_count, 1);
+  assert_string_equal(model->meshes[0].name, "a part");
+  assert_int_equal(model->warning_count, 0);
+  tw_model_destroy(model);
+  model = read_text(TWO_WORDS("a") TWO_WORDS("end of b"));
+  assert_int_equal(model->meshes[0].face_count, 1); /* listed twice */
+  assert_string_equal(model->meshes[0].name, "a");
+  tw_model_destroy(model);
+  assert_refused("solid\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nend loop\n", TW_SYNTAX, 5);
+  assert_refused("solid\nend loop\n", TW_SYNTAX, 2);
+}
+
 TEST(a_coordinate_of_binary_that_is_not_finite_is_refused) {
   size_t size;
   uint8_t *bytes = binary_cube(&size);

@@ -67,6 +67,16 @@ void skip_chunks(const uint8_t *bytes, uint64_t length, uint64_t offset, Outline
   }
 }
 
+// The JSON text without zeros behind it: some pad its chunk, or end their file, with these in place of
+// blanks.
+std::string_view drop_zeros(std::string_view json, Outline &outline) {
+  size_t size = json.size();
+  while (size > 0 && json[size - 1] == '\0') size--;
+  outline.lose("zero byte behind the JSON text is left out: blanks belong there",
+               "zero bytes behind the JSON text are left out: blanks belong there", json.size() - size);
+  return json.substr(0, size);
+}
+
 Container open_binary(const Bytes &file, Outline &outline) {
   if (file.size < header_size + chunk_header_size) refuse_container("the GLB is too short for its headers");
   uint32_t version = tw_read_u32(file.data + 4), length = tw_read_u32(file.data + 8);
@@ -76,7 +86,8 @@ Container open_binary(const Bytes &file, Outline &outline) {
   outline.lose("byte behind the GLB is left out", "bytes behind the GLB are left out", file.size - length);
   Chunk json = read_chunk(file.data, length, header_size, outline);
   if (json.type != chunk_json) refuse_container("the first GLB chunk is not JSON");
-  Container container = {true, {reinterpret_cast<const char *>(json.data), json.size}, {nullptr, 0}, {}, 0};
+  std::string_view json_text(reinterpret_cast<const char *>(json.data), json.size);
+  Container container = {true, drop_zeros(json_text, outline), {nullptr, 0}, {}, 0};
   auto end_at = [&](uint64_t end) {
     container.tail = {file.data + end, static_cast<size_t>(file.size - end)};
     container.tail_inside = length - end;
@@ -146,12 +157,24 @@ std::string_view string_member(const char *object, const char *member) {
 
 // Whether a document may require an extension: it is read, or it only concerns what passes through.
 bool is_supported(std::string_view extension) {
-  static constexpr std::string_view names[] = {
-      "KHR_mesh_quantization", "FB_ngon_encoding",        "KHR_texture_transform",
-      "KHR_texture_basisu",    "EXT_texture_webp",        "EXT_texture_avif",
-      "MSFT_texture_dds",      "KHR_lights_punctual",     "EXT_mesh_gpu_instancing",
-      "KHR_animation_pointer", "EXT_meshopt_compression", "KHR_meshopt_compression",
-      "KHR_node_visibility"};
+  static constexpr std::string_view names[] = {"KHR_mesh_quantization",
+                                               "FB_ngon_encoding",
+                                               "KHR_texture_transform",
+                                               "KHR_texture_basisu",
+                                               "EXT_texture_webp",
+                                               "EXT_texture_avif",
+                                               "MSFT_texture_dds",
+                                               "KHR_lights_punctual",
+                                               "EXT_mesh_gpu_instancing",
+                                               "KHR_animation_pointer",
+                                               "EXT_meshopt_compression",
+                                               "KHR_meshopt_compression",
+                                               "KHR_node_visibility",
+                                               "KHR_xmp_json_ld",
+                                               "VRM",
+                                               "VRMC_vrm",
+                                               "VRMC_vrm_animation",
+                                               "VRMC_materials_mtoon"};
   if (extension.substr(0, 14) == "KHR_materials_") return true;
   return std::find(std::begin(names), std::end(names), extension) != std::end(names);
 }
@@ -563,7 +586,8 @@ private:
 Container open_container(const Bytes &file, Outline &outline) {
   if (file.size > size_max) refuse(TW_LIMIT, "", "glTF files over 2 GiB are not read");
   if (file.size >= 4 && std::memcmp(file.data, "glTF", 4) == 0) return open_binary(file, outline);
-  return {false, {reinterpret_cast<const char *>(file.data), file.size}, {nullptr, 0}, {}, 0};
+  std::string_view json_text(reinterpret_cast<const char *>(file.data), file.size);
+  return {false, drop_zeros(json_text, outline), {nullptr, 0}, {}, 0};
 }
 
 namespace {

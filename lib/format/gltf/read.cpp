@@ -1,6 +1,7 @@
 // glTF 2.0 and GLB to models: checks, tinygltf, then all that tinygltf does not check.
 #include "gltf/document.hpp"
 #include "gltf/reserve.hpp"
+#include "gltf/vertex_values.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -68,9 +69,38 @@ void tell_misfits(const std::vector<Misfit> &misfits, tw_model *model) {
                                         .c_str());
 }
 
+// Gives primitives of triangles that have no morph targets those that others of their mesh have, without
+// attributes: they stay where they are. Beside points and lines, which pass through as they are, and where
+// primitives have other numbers of targets, the mesh is refused when it is read.
+void fill_targets(Document &document) {
+  size_t filled = 0;
+  for (size_t m = 0; m < document.source.meshes.size(); m++) {
+    std::vector<tinygltf::Primitive> &primitives = document.source.meshes[m].primitives;
+    size_t most = 0;
+    bool are_triangles = true;
+    for (const tinygltf::Primitive &primitive : primitives) {
+      most = std::max(most, primitive.targets.size());
+      are_triangles &= primitive.mode >= TINYGLTF_MODE_TRIANGLES || primitive.mode < 0;
+    }
+    if (!are_triangles || most == 0) continue;
+    for (tinygltf::Primitive &primitive : primitives) {
+      if (!primitive.targets.empty()) continue;
+      check_morph_count(most, m);
+      document.budget.place = text("/meshes/", m);
+      document.budget.take(most * sizeof primitive.targets[0]);
+      primitive.targets.resize(most);
+      filled++;
+    }
+  }
+  document.outline.lose(
+      "primitive has no morph targets beside others of its mesh: they do not move it",
+      "primitives have no morph targets beside others of their meshes: they do not move them", filled);
+}
+
 void read(const Bytes &file, Document &document) {
   make_outline(file, document);
   parse(document);
+  fill_targets(document);
   check_version(document.source.asset);
   document.corners_left = std::min(corners_free + corners_per_byte * file.size, corners_max);
   document.values_left = values_free + values_per_byte * file.size;

@@ -549,6 +549,11 @@ private:
     const std::vector<double> &weights = source_.weights;
     if (weights.empty()) return;
     std::string pointer = text("/meshes/", index_, "/weights");
+    if (mesh_.morph_count == 0) {
+      document_.outline.lose("mesh has morph weights and no targets: they are left out",
+                             "meshes have morph weights and no targets: they are left out");
+      return;
+    }
     if (weights.size() != mesh_.morph_count)
       refuse(TW_INVALID, pointer, "there are ", weights.size(), " weights and ", mesh_.morph_count,
              " morph targets");

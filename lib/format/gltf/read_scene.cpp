@@ -243,16 +243,26 @@ public:
     const tinygltf::Animation &source = document_.source.animations[index];
     document_.budget.place = text("/animations/", index);
     const Vector<PointedChannel> &pointed = document_.pointed_channels[index];
-    size_t count = source.channels.size() + pointed.size();
+    const size_t own = source.channels.size(), count = own + pointed.size();
+    std::vector<TrackPlace> &places = document_.track_places[index];
     tw_track_keys *tracks = allocate_zero<tw_track_keys>(document_, count);
-    for (size_t i = 0; i < source.channels.size(); i++) {
-      read_channel(source, text("/animations/", index), i, document_.track_places[index][i], tracks[i]);
-      tracks[i].preserved = document_.channel_texts[index][i];
+    size_t kept = 0;
+    for (size_t i = 0; i < own; i++) {
+      if (lacks_targets(source.channels[i])) continue;
+      places[kept] = places[i];
+      read_channel(source, text("/animations/", index), i, places[kept], tracks[kept]);
+      tracks[kept++].preserved = document_.channel_texts[index][i];
     }
-    for (size_t i = 0; i < pointed.size(); i++)
-      read_pointed(source, text("/animations/", index), pointed[i], tracks[source.channels.size() + i]);
+    document_.outline.lose("channel of morph weights is left out: its node shows no morph targets",
+                           "channels of morph weights are left out: their nodes show no morph targets",
+                           own - kept);
+    for (size_t i = 0; i < pointed.size(); i++) {
+      places[kept] = places[own + i];
+      read_pointed(source, text("/animations/", index), pointed[i], tracks[kept++]);
+    }
+    places.resize(kept);
     tw_clip_keys &clip = document_.model->clips[index];
-    clip.track_count = static_cast<uint32_t>(count);
+    clip.track_count = static_cast<uint32_t>(kept);
     clip.tracks = tracks;
   }
 
@@ -261,6 +271,17 @@ private:
   Accessors &accessors_;
   std::map<int, Keys> times_;           // by accessor
   std::map<int, const float *> values_; // by accessor
+
+  // Whether a channel moves morph weights that are nowhere. Exporters leave such behind where they leave the
+  // targets or the mesh out.
+  bool lacks_targets(const tinygltf::AnimationChannel &channel) const {
+    const std::vector<tinygltf::Node> &nodes = document_.source.nodes;
+    if (channel.target_path != tw_path_names[TW_WEIGHTS] || channel.target_node < 0 ||
+        static_cast<size_t>(channel.target_node) >= nodes.size())
+      return false;
+    int mesh = nodes[static_cast<size_t>(channel.target_node)].mesh;
+    return mesh < 0 || document_.model->meshes[mesh].morph_count == 0;
+  }
 
   static tw_interpolation find_interpolation(const std::string &name, const std::string &pointer) {
     if (name == "LINEAR") return TW_LINEAR;
@@ -330,7 +351,7 @@ private:
   uint32_t morph_count(uint32_t node, const std::string &pointer) const {
     int mesh = document_.source.nodes[node].mesh;
     uint32_t count = mesh < 0 ? 0 : document_.model->meshes[mesh].morph_count;
-    if (count == 0)
+    if (count == 0) // of a pointer
       refuse(TW_INVALID, pointer + "/output", "weights need a node whose mesh has morph targets");
     return count;
   }

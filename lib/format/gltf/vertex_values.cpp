@@ -97,14 +97,19 @@ private:
     const SmoothAttribute &attribute = opened_.smooth[i];
     Vector<float> values(document_.budget, size_t{attribute.width} * element_.size(),
                          attribute.is_color() ? 1.0f : 0.0f);
-    bool has_all = true, has_width = true, is_usable = true, is_within = true, is_exact = true;
+    bool has_all = true, has_width = true, is_usable = true, is_within = true, is_exact = true,
+         is_number = true;
     for (uint32_t v = 0; v < element_.size(); v++) {
       const VertexSource &source = opened_.of(v);
       const Elements *elements = i < source.attributes.size() ? source.attributes[i] : nullptr;
       float *value = &values[size_t{attribute.width} * v];
       has_all &= elements != nullptr;
       if (elements && attribute.is_color()) {
-        read_vertex(elements, v, value);
+        work(1);
+        if (!elements->read_finite(element_[v], value)) {
+          std::fill(value, value + attribute.width, 1.0f);
+          is_number = false;
+        }
         is_within &= std::all_of(value, value + attribute.width, tw_is_color);
       } else if (elements) {
         has_width &= elements->width() == attribute.width;
@@ -119,6 +124,7 @@ private:
                                            : " is 0 where a primitive lacks it"));
     if (!has_width)
       document_.note(attribute.name + " is filled up with 0 where a primitive has fewer numbers of it");
+    if (!is_number) document_.note(attribute.name + " is white and opaque where it is no number");
     if (!is_within) document_.note(attribute.name + " is brought into 0 to 1 where it is beyond");
     if (!is_usable) document_.note(attribute.name + " is 0 where it is no number up to 1e18");
     if (!is_exact) document_.note(attribute.name + " is rounded where it is 16777216 or more, as floats are");
@@ -287,12 +293,15 @@ private:
   // the 0 0 of glTF, v down.
   Vector<float> read_uvs(size_t set) const {
     Vector<float> uvs(document_.budget, 2 * element_.size(), 0.0f);
+    uint64_t unusable = 0;
     for (uint32_t v = 0; v < element_.size(); v++) {
       const Elements *elements = opened_.of(v).uvs[set];
       float *uv = &uvs[2 * size_t{v}];
-      if (elements) read_vertex(elements, v, uv);
+      if (elements) unusable += !read_usable(*elements, element_[v], uv);
       uv[1] = 1 - uv[1];
     }
+    document_.outline.lose("texture coordinate is 0 0: it has no numbers up to 1e18",
+                           "texture coordinates are 0 0: they are no numbers up to 1e18", unusable);
     return uvs;
   }
 

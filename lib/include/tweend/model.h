@@ -50,6 +50,10 @@ typedef struct tw_gltf_assets tw_gltf_assets;
  * elements that the other assets refer to. NULL for NULL, and without memory. */
 const tw_gltf_assets *tw_gltf_assets_bare(tw_arena *arena, const tw_gltf_assets *assets);
 
+/* How many materials show their base colour's texture at other coordinates than those of the mesh, by
+ * KHR_texture_transform. 0 for NULL. */
+uint32_t tw_gltf_moved_textures(const tw_gltf_assets *assets);
+
 /* A material together with what the glTF primitives of its faces held beyond what is read. Primitives that
  * held the same share a slot. */
 typedef struct tw_material_slot {
