@@ -5,7 +5,32 @@
  * Each triangle of a descendant lies over one triangle of the face. The distance from the face's triangle is
  * a convex function, so a descendant's triangle is farthest at its corners. That bounds the way from
  * descendants to the face; the way back has the same bound, as descendants cover the face, edges over edges.
- */
+ *
+ * Faces that are farther than what is known are looked at again, by two bounds that cost more. Each holds by
+ * itself, so the lesser one counts.
+ *
+ * Planes. Let a point be d above a corner, along the face's normal, and s beside it. Along s, the height of
+ * the faces around the corner changes by g s for each face that is crossed, where g is the gradient of its
+ * height: by a mean of these, weighted by the share of the way. So the point is at most max |d - g s| above
+ * or below the surface, which is the greatest distance along the normal from the planes of the faces, put
+ * through the corner. It is at most |d| + tau |s|, and much less where d is what a slide along a slope makes
+ * of it. Inside a piece a point and its partner are means of those at the piece's corners. So is the way
+ * between them, corner by corner, and the mean of the bounds holds.
+ *
+ * Hulls. The two triangles of a quad may be cut along either diagonal. So a descendant's point inside a quad
+ * has partners on both, which in slivers may be far along the quad. Instead, let its partner be the nearest
+ * point of the hull of the quad's four corners, a tetrahedron. This maps the descendants into the hull, and
+ * edges onto edges. The hull is convex, so a piece's points move at most as far as one of its corners does. A
+ * second map takes the hull onto the two triangles, and moves nothing farther than the distance w between the
+ * diagonals: a point of the hull has weights of the corners, those of 1 and 3 being b and e. Let the
+ * diagonals be nearest at p on that from 0 to 2, and at t of the way from 1 to 3. Take m (1 - t) off b and m
+ * t off e, where m is the greatest that leaves neither below 0, and add m to p. One of b and e is 0 then, so
+ * the point lies on one of the triangles that meet in the diagonal from 0 to 2; it has moved by m w, and m is
+ * at most 1. Points of these triangles stay. (If t is 0 or 1, take a t beside it: w changes as little as one
+ * likes.) The other diagonal is alike. Together the maps take the descendants to the two triangles, edges
+ * onto edges, so these are covered, and w more bounds both ways. */
+#include <string.h>
+
 #include "sorted.h"
 #include "surface_error.h"
 
@@ -67,12 +92,56 @@ static void nearest_on_triangle(const double *a, const double *b, const double *
   }
 }
 
+/* A point over a corner. Planes are looked at only where this decides. */
+static void take_at_corner(const tw_error_base *b, tw_error_gap *g, uint32_t i, const double *point) {
+  tw_error_gap own = *g;
+  double moved[3], most = 0;
+  own.size = 0;
+  tw_error_gap_take(&own, point, b->corners[i], (double)b->frame->corners[i]);
+  if (own.size > g->size && b->planes && b->planes->counts[i] > 0) {
+    tw_difference3(point, b->corners[i], moved);
+    for (uint32_t k = 0; k < b->planes->counts[i]; k++)
+      most = tw_greater(most, fabs(tw_dot3(b->planes->normals[i][k], moved)));
+    if (tw_offset_split(moved, g->normal).slide <= g->reach) own.size = tw_lesser(own.size, most);
+  }
+  g->size = tw_greater(g->size, own.size);
+}
+
 /* A point over the inside of a triangle, or beside it: then it slides over the faces around. */
 static void take_inner(const tw_error_base *b, tw_error_gap *g, const uint8_t triangle[3],
                        const double *point) {
   double foot[3];
   nearest_on_triangle(b->corners[triangle[0]], b->corners[triangle[1]], b->corners[triangle[2]], point, foot);
   tw_error_gap_take(g, point, foot, b->around);
+}
+
+/* The same over the hull of a quad: the nearest point of its four triangles is in it. */
+static void take_in_hull(const tw_error_base *b, tw_error_gap *g, const double *point) {
+  double foot[3], moved[3], nearest[3] = {0}, least = INFINITY;
+  for (int k = 0; k < 4; k++) {
+    const uint8_t *corners = quad_triangles[k];
+    nearest_on_triangle(b->corners[corners[0]], b->corners[corners[1]], b->corners[corners[2]], point, foot);
+    tw_difference3(point, foot, moved);
+    double square = tw_dot3(moved, moved);
+    if (square >= least) continue;
+    least = square;
+    memcpy(nearest, foot, sizeof nearest);
+  }
+  tw_error_gap_take(g, point, nearest, b->around);
+}
+
+/* The distance between the diagonals of a quad, or a little more: each step finds the point of one that is
+ * nearest to that of the other. */
+static double find_width(const double *const corners[4]) {
+  enum { STEPS = 8 };
+  double one[3], other[3], moved[3];
+  for (int c = 0; c < 3; c++) one[c] = (corners[1][c] + corners[3][c]) / 2;
+  for (int step = 0; step < STEPS; step++) {
+    tw_error_nearest_on(corners[0], corners[2], one, other);
+    tw_error_nearest_on(corners[1], corners[3], other, one);
+  }
+  tw_difference3(one, other, moved);
+  return tw_length3(moved);
 }
 
 static void take_on_edge(const tw_error_base *b, tw_error_gap *g, uint32_t edge, const double *point) {
@@ -87,7 +156,7 @@ void tw_error_take_point(const tw_error_base *b, tw_error_gap *g, uint8_t place,
     uint32_t before = (i + b->size - 1) % b->size;
     if (!(place & ON_EDGE << i)) continue;
     if (place & ON_EDGE << before) {
-      tw_error_gap_take(g, point, b->corners[i], (double)b->frame->corners[i]);
+      take_at_corner(b, g, i, point);
       return;
     }
     if (place & ON_EDGE << (i + 1) % b->size) continue; /* the next corner */
@@ -96,6 +165,10 @@ void tw_error_take_point(const tw_error_base *b, tw_error_gap *g, uint8_t place,
   }
   if (b->size == 3) {
     take_inner(b, g, quad_triangles[0], point);
+    return;
+  }
+  if (b->is_hull) {
+    take_in_hull(b, g, point);
     return;
   }
   for (uint32_t diagonal = 0; diagonal < 2; diagonal++) {
@@ -181,14 +254,73 @@ static compared start(const tw_level_errors *levels, uint32_t depth, bool loop, 
   return c;
 }
 
+/* Lists the faces of each vertex. */
+static tw_status find_fans(tw_arena *arena, tw_level_errors *l) {
+  l->fan_begins = tw_arena_alloc(arena, (size_t)l->vertex_count + 2, sizeof *l->fan_begins);
+  l->fan_faces = tw_arena_alloc_raw(arena, l->begins[l->face_count], sizeof *l->fan_faces);
+  if (!l->fan_begins || !l->fan_faces) return TW_NO_MEMORY;
+  uint32_t *ends = l->fan_begins + 1; /* at first the begins: each moves to its end while faces are listed */
+  for (uint32_t f = 0; f < l->face_count; f++) {
+    if (f % FACES_AT_ONCE == 0 && !tw_work(FACES_AT_ONCE)) return TW_CANCELLED;
+    for (uint32_t c = l->begins[f]; c < l->begins[f + 1]; c++) ends[l->corners[c] + 1]++;
+  }
+  for (uint32_t v = 0; v < l->vertex_count; v++) ends[v + 1] += ends[v];
+  for (uint32_t f = 0; f < l->face_count; f++) {
+    if (f % FACES_AT_ONCE == 0 && !tw_work(FACES_AT_ONCE)) return TW_CANCELLED;
+    for (uint32_t c = l->begins[f]; c < l->begins[f + 1]; c++) l->fan_faces[ends[l->corners[c]]++] = f;
+  }
+  return TW_OK;
+}
+
+/* The planes of the triangles of a vertex's faces, of quads by either diagonal. Returns how many; 0 where
+ * there is no room for all. */
+static uint32_t find_planes(const tw_level_errors *l, uint32_t vertex, const double along[3],
+                            double out[TW_AROUND_MAX][3]) {
+  uint32_t count = 0;
+  for (uint32_t k = l->fan_begins[vertex]; k < l->fan_begins[vertex + 1]; k++) {
+    uint32_t face = l->fan_faces[k], size = size_of(l, face), triangles = size == 3 ? 1 : size;
+    const uint32_t *corners = l->corners + l->begins[face];
+    for (uint32_t i = 0; i < triangles; i++) {
+      const double *own = tw_point_at(l->points, corners[i]);
+      double next[3], previous[3], normal[3];
+      tw_difference3(tw_point_at(l->points, corners[(i + 1) % size]), own, next);
+      tw_difference3(tw_point_at(l->points, corners[(i + size - 1) % size]), own, previous);
+      tw_cross3(next, previous, normal);
+      double height = tw_dot3(normal, along);
+      if (!(height > 0)) continue; /* it has no area: others lean less (TW_LEAST_COSINE) */
+      if (count == TW_AROUND_MAX) return 0;
+      for (int c = 0; c < 3; c++) out[count][c] = normal[c] / height;
+      count++;
+    }
+  }
+  return count;
+}
+
 /* Compares an open face with what comes of it. */
-static void refine_error(tw_level_errors *levels, uint32_t depth, bool loop, uint32_t left, double enough) {
+static tw_status refine_error(tw_arena *scratch, tw_level_errors *levels, uint32_t depth, bool loop,
+                              uint32_t left, double enough) {
   uint32_t face = levels->made[left];
   double *error = &levels->errors[face];
   piece whole;
-  if (size_of(levels, face) > 4) return;
-  const compared c = start(levels, depth, loop, left, &whole);
+  if (size_of(levels, face) > 4) return TW_OK;
+  compared c = start(levels, depth, loop, left, &whole);
   *error = tw_lesser(*error, find_least(&c, &whole, enough));
+  if (*error <= enough) return TW_OK;
+  tw_status status = levels->fan_begins ? TW_OK : find_fans(scratch, levels);
+  if (status != TW_OK) return status;
+  tw_error_planes planes;
+  for (uint32_t i = 0; i < c.base.size; i++) {
+    bool slides = (double)c.base.frame->corners[i] >= TW_LEAST_COSINE;
+    uint32_t vertex = levels->corners[levels->begins[face] + i];
+    planes.counts[i] = slides ? find_planes(levels, vertex, c.base.normal, planes.normals[i]) : 0;
+  }
+  c.base.planes = &planes;
+  *error = tw_lesser(*error, find_least(&c, &whole, enough));
+  if (*error <= enough || c.base.size < 4) return TW_OK;
+  double width = find_width(c.base.corners);
+  c.base.is_hull = true;
+  *error = tw_lesser(*error, width + find_least(&c, &whole, enough - width));
+  return TW_OK;
 }
 
 static tw_status find_around(tw_arena *arena, tw_level_errors *l) {
@@ -221,13 +353,15 @@ tw_status tw_error_sum_up(tw_arena *scratch, tw_level_errors *levels, uint32_t d
   }
   /* The farthest face first: it tells what of others does not matter. */
   if (farthest != UINT32_MAX) {
-    refine_error(levels, depth, loop, farthest, *most);
+    status = refine_error(scratch, levels, depth, loop, farthest, *most);
+    if (status != TW_OK) return status;
     *most = tw_greater(*most, levels->errors[levels->made[farthest]]);
   }
   for (uint32_t f = 0; f < levels->left_count; f++) {
     if (f % FACES_AT_ONCE == 0 && !tw_work(FACES_AT_ONCE)) return TW_CANCELLED;
     if (levels->steps[f] < 0 || levels->errors[levels->made[f]] <= *most) continue;
-    refine_error(levels, depth, loop, f, *most);
+    status = refine_error(scratch, levels, depth, loop, f, *most);
+    if (status != TW_OK) return status;
     *most = tw_greater(*most, levels->errors[levels->made[f]]);
   }
   return TW_OK;

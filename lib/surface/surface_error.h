@@ -80,6 +80,9 @@ typedef struct tw_level_errors {
   double *steps;          /* [left_count] of open faces from their children; below 0: of others */
   tw_error_frame *frames; /* [left_count] of open faces of three or four corners */
   double *around;         /* [vertex_count] the greatest error of a vertex's faces; of levels summed up */
+  uint32_t
+      *fan_begins; /* [vertex_count + 1] the first of each vertex's faces in fan_faces; NULL: not found */
+  uint32_t *fan_faces;
 } tw_level_errors;
 
 typedef struct tw_offset {
@@ -265,12 +268,21 @@ void tw_error_nearest_on(const double *a, const double *b, const double *to, dou
  * on, and the middle. slope: the greatest around, seen along the normal. */
 double tw_error_of_quad(double own[4][3], double next[9][3], const double normal[3], double slope);
 
+/* The planes of the triangles at each corner of a face, where points may slide over these, by normals whose
+ * part along the face's own normal is 1. A count of 0: they are not known. */
+typedef struct tw_error_planes {
+  uint32_t counts[4];
+  double normals[4][TW_AROUND_MAX][3];
+} tw_error_planes;
+
 /* A face of three or four corners, and points of a finer surface over it. */
 typedef struct tw_error_base {
   uint32_t size;
   const double *corners[4];
   double normal[3], around; /* the least cosine at its corners */
   const tw_error_frame *frame;
+  const tw_error_planes *planes; /* NULL: not looked for */
+  bool is_hull; /* partners of points inside are anywhere in the hull of the corners (error_sums.c) */
 } tw_error_base;
 
 static inline tw_error_gap tw_error_gap_over(const tw_error_base *b) {

@@ -298,20 +298,19 @@ int tests = 0, failures = 0;
 
 // A torus of triangles, some quads of which are cut along the other diagonal, with its points moved:
 // irregular throughout, as scans are.
-Cage noisy_scan(double noise, std::mt19937 &random) {
-  const int ALONG = 20, ROUND = 8;
+Cage noisy_scan(int around, int round, double noise, std::mt19937 &random) {
   std::uniform_real_distribution<double> moved(-noise, noise);
   Cage cage;
   cage.name = "noisy scan";
-  for (int i = 0; i < ALONG * ROUND; i++) {
-    double along = 2 * M_PI * (i / ROUND) / ALONG, round = 2 * M_PI * (i % ROUND) / ROUND,
-           width = 1 + moved(random), radius = 3 + width * std::cos(round);
-    for (double x : {radius * std::cos(along), radius * std::sin(along), width * std::sin(round)})
+  for (int i = 0; i < around * round; i++) {
+    double along = 2 * M_PI * (i / round) / around, turn = 2 * M_PI * (i % round) / round,
+           width = 1 + moved(random), radius = 3 + width * std::cos(turn);
+    for (double x : {radius * std::cos(along), radius * std::sin(along), width * std::sin(turn)})
       cage.points.push_back(static_cast<float>(x));
   }
-  for (int i = 0; i < ALONG * ROUND; i++) {
-    int after = (i / ROUND + 1) % ALONG * ROUND, up = (i % ROUND + 1) % ROUND;
-    std::array<int, 4> quad = {i, after + i % ROUND, after + up, i / ROUND * ROUND + up};
+  for (int i = 0; i < around * round; i++) {
+    int after = (i / round + 1) % around * round, up = (i % round + 1) % round;
+    std::array<int, 4> quad = {i, after + i % round, after + up, i / round * round + up};
     std::rotate(quad.begin(), quad.begin() + static_cast<int>(random() % 2), quad.end());
     cage.faces.push_back({quad[0], quad[1], quad[2]});
     cage.faces.push_back({quad[0], quad[2], quad[3]});
@@ -319,19 +318,48 @@ Cage noisy_scan(double noise, std::mt19937 &random) {
   return cage;
 }
 
+// The top of a sphere of triangles around a hole, with its points moved: the triangles there are slivers, of
+// which some are folded.
+Cage noisy_cap(double noise, std::mt19937 &random) {
+  const int AROUND = 50, ROWS = 5;
+  std::uniform_real_distribution<double> moved(-noise, noise);
+  Cage cage;
+  cage.name = "noisy cap";
+  for (int i = 0; i < AROUND * ROWS; i++) {
+    double along = 2 * M_PI * (i / ROWS) / AROUND, down = M_PI * (i % ROWS + 0.5) / 30;
+    for (double x : {std::sin(down) * std::cos(along), std::sin(down) * std::sin(along), std::cos(down)})
+      cage.points.push_back(static_cast<float>(3 * x + moved(random)));
+  }
+  for (int i = 0; i < AROUND * ROWS; i++) {
+    int row = i % ROWS, after = (i / ROWS + 1) % AROUND * ROWS;
+    if (row == ROWS - 1) continue;
+    std::array<int, 4> quad = {i, after + row, after + row + 1, i + 1};
+    std::rotate(quad.begin(), quad.begin() + static_cast<int>(random() % 2), quad.end());
+    cage.faces.push_back({quad[0], quad[1], quad[2]});
+    cage.faces.push_back({quad[0], quad[2], quad[3]});
+  }
+  return cage;
+}
+
+// What of a scan is looked at.
+struct scan_wish {
+  uint32_t first, last; // levels
+  double enough;
+  uint32_t faces_max;
+};
+
 // Whether a scan's bounds hold, and are at most twice the greatest distance of all triangles' corners, edges
-// and middles. There is no room for all levels around its irregular points.
-void scan(double noise, std::mt19937 &random) {
-  const uint32_t DEEPER = 2, DEEPEST = 2, ROOM = 2048;
-  const Cage cage = noisy_scan(noise, random);
+// and middles.
+void scan(const std::string &name, const Cage &cage, const scan_wish &of) {
+  const uint32_t DEEPER = 2, DEEPEST = 2;
   CageView view(cage);
   tw_surface_options options{};
   tw_error error{};
   double told[DEEPEST + 1], loosest = 0;
-  const tw_error_wish wish = {DEEPEST, 1e-4, ROOM};
+  const tw_error_wish wish = {DEEPEST, of.enough, of.faces_max};
   std::string failure;
   if (tw_surface_errors(&view.mesh, &options, &wish, nullptr, told, &error) != TW_OK) failure = error.detail;
-  for (options.level = 0; options.level <= DEEPEST && failure.empty(); options.level++) {
+  for (options.level = of.first; options.level <= of.last && failure.empty(); options.level++) {
     tw_surface *surface;
     if (tw_surface_create(&view.mesh, &options, &surface, &error) != TW_OK) break;
     const triangle_grid limit(limit_of(cage, options, options.level + DEEPER));
@@ -346,8 +374,8 @@ void scan(double noise, std::mt19937 &random) {
     if (found > told[options.level] + 1e-6) failure = "a level is farther from the limit than its bound";
     if (told[options.level] > 2 * found) failure = "a bound is more than twice what is found";
   }
-  std::printf("%sok %d - a scan with noise of %g is told within twice its distance\n# loosest %.2f\n",
-              failure.empty() ? "" : "not ", ++tests, noise, loosest);
+  std::printf("%sok %d - %s is told within twice its distance\n# loosest %.2f\n",
+              failure.empty() ? "" : "not ", ++tests, name.c_str(), loosest);
   if (!failure.empty()) std::printf("# %s\n", failure.c_str());
   failures += !failure.empty();
 }
@@ -398,7 +426,13 @@ int main() {
     report("nor are random cages" + suffix, by_chance, sanitized ? 0 : limit ? 90 : 95);
     report("nor is Loop's scheme" + suffix, triangles, sanitized ? 0 : limit ? 95 : 98);
   }
-  if (!sanitized) scan(0.05, random);
+  if (!sanitized) {
+    std::mt19937 little(1), slivers(8);
+    const uint32_t SHORT = 2048; // no room for all levels around the irregular points
+    scan("a noisy scan without room", noisy_scan(20, 8, 0.05, random), {0, 2, 1e-4, SHORT});
+    scan("a dense scan with little noise", noisy_scan(50, 30, 0.01, little), {0, 0, 0.01, 0});
+    scan("a cap of slivers", noisy_cap(0.019, slivers), {1, 1, 2e-3, 0});
+  }
   tally planted;
   compare(cube(), {}, random, 0.5, planted);
   std::printf("%sok %d - half of a bound is found to be too little\n", planted.failure.empty() ? "not " : "",
