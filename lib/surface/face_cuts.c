@@ -2,8 +2,8 @@
  * triangles or convex, so cuts are few. Those of level 0 are listed once. Quads of levels below are looked at
  * when they are read, so that no level is too large: only where a face of the cage is not surely convex or is
  * folded against a neighbour, and there only those of the base's faces that are, or near ones that are.
- * Children of other faces, and of cages of triangles alone, are convex but for some in a million: beside
- * creases that part cells of very different size, and where triangles are folded over each other. */
+ * Children of other faces are convex but for some in a million, beside creases that part cells of very
+ * different size. */
 
 #include <math.h>
 
@@ -232,7 +232,6 @@ static bool are_faces_convex(const tw_topology *cage, const double *points, doub
 
 tw_status tw_cage_is_convex(const tw_topology *cage, const double *points, bool *out) {
   *out = true;
-  if (cage->face_size == 3) return TW_OK;
   double *normals = tw_alloc(cage->face_count, 3 * sizeof *normals);
   if (!normals) return TW_NO_MEMORY;
   bool is_convex = are_faces_convex(cage, points, normals);

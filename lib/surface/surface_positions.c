@@ -41,8 +41,8 @@ static tw_status place(tw_surface *s, const float *positions, bool faces_are_rea
   if (at) tw_cage_gather(positions, s->point_of, s->cage_vertex_count, at);
   tw_status status = at ? add_details(s, 0, parallel, at) : TW_NO_MEMORY;
   /* Of a rim all faces are looked at. */
-  bool is_convex = true;
-  if (status == TW_OK && faces_are_read && s->options.level > 0 && !s->inner_faces)
+  bool is_convex = true, has_quads = s->options.level > 0 && s->options.scheme != TW_LOOP;
+  if (status == TW_OK && faces_are_read && has_quads && !s->inner_faces)
     status = tw_cage_is_convex(&s->steps[0].topology, at, &is_convex);
   if (status == TW_OK && s->options.level == 0) {
     s->positions.cage = tw_surface_round_positions(at, s->cage_vertex_count);
