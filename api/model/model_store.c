@@ -73,7 +73,7 @@ static api_outcome store_printed(api_call *call, api_bytes bytes, const char *na
   tw_text text = {0};
   bool existed = false;
   api_model_id_print(bytes, id);
-  model_head head;
+  model_head head = {0};
   if (!take_name(call->service, id, name, model)) return api_fail_without_memory(call);
   bool is_ready = api_describe(model, id, bytes.size, &text, call);
   if (is_ready && addition && !text.failed) {
@@ -178,7 +178,7 @@ api_outcome api_get_model(api_call *call) {
 }
 
 api_outcome api_model_reply_stored(api_call *call) {
-  model_head head;
+  model_head head = {0};
   tw_text text = {0};
   bool is_printed = print_description(call, &text, &call->fault);
   if (is_printed && !text.failed && make_head(call, call->id, &head)) {
@@ -208,9 +208,8 @@ static api_outcome find_told_name(api_call *call) {
 static api_outcome check_deletion(api_call *call) {
   if (!api_call_header(call, "If-Match") && !api_call_header(call, "If-None-Match")) return API_CONTINUE;
   api_outcome outcome = find_told_name(call);
-  return outcome == API_DONE
-             ? api_check_conditions(call, description, call->told_name ? call->told_name : "")
-             : outcome;
+  return outcome == API_DONE ? api_check_conditions(call, description, call->told_name ? call->told_name : "")
+                             : outcome;
 }
 
 api_outcome api_delete_model(api_call *call) {

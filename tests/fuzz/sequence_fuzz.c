@@ -278,8 +278,7 @@ static void compare(sequence *s, const answered *now) {
     bool has_same_tag = strcmp(before->tag, now->tag) == 0;
     if (has_same_tag && before->hash != now->hash)
       give_up("%s: other bytes with the tag %s", now->target, now->tag);
-    bool may_change =
-        before->is_partial || now->is_partial || (now->is_named && before->hash != now->hash);
+    bool may_change = before->is_partial || now->is_partial || (now->is_named && before->hash != now->hash);
     if (!has_same_tag && !may_change)
       give_up("%s: the tag is %s, and was %s before", now->target, now->tag, before->tag);
   }

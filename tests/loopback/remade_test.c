@@ -75,7 +75,8 @@ TEST_WITH(holes_that_a_stored_model_kept_can_be_faces_again, loopback_setup, loo
 
 /* POSITION, NORMAL, TANGENT and TEXCOORD_0 of a triangle, without a material that would need the tangents. */
 static const char tangents[] =
-    "{'asset':{'version':'2.0'},'scene':0,'scenes':[{'nodes':[0]}],'nodes':[{'mesh':0}],'meshes':[{'primitives':["
+    "{'asset':{'version':'2.0'},'scene':0,'scenes':[{'nodes':[0]}],'nodes':[{'mesh':0}],'meshes':[{'"
+    "primitives':["
     "{'attributes':{'POSITION':0,'NORMAL':1,'TANGENT':2,'TEXCOORD_0':3}}]}],'accessors':["
     "{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3','min':[0,0,0],'max':[1,1,0]},"
     "{'bufferView':0,'byteOffset':36,'componentType':5126,'count':3,'type':'VEC3'},"
@@ -97,7 +98,8 @@ static void assert_tangents(loopback *loop, const char *id, const char *level) {
 }
 
 /* A moved mesh is stored without its normals, and without tangents, which need them. */
-TEST_WITH(surfaces_of_edited_meshes_have_tangents_where_the_file_had_some, loopback_setup, loopback_teardown) {
+TEST_WITH(surfaces_of_edited_meshes_have_tangents_where_the_file_had_some, loopback_setup,
+          loopback_teardown) {
   loopback *loop = *state;
   char id[API_ID_TEXT], *text = quoted(tangents);
   loopback_upload(loop, "model/gltf+json", text, id);

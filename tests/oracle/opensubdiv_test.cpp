@@ -137,8 +137,7 @@ void compare_random(tw_scheme scheme, int count, MakeCage make, const char *of) 
     compare(cage, options_of(scheme, level, boundary, uv, flags & 1, flags & 2, flags & 4), failure);
   }
   static const char *const names[] = {"by catmull-clark", "by loop", "bilinearly"};
-  conclude(std::string("opensubdiv agrees ") + names[scheme] + " on " + std::to_string(count) + of,
-           failure);
+  conclude(std::string("opensubdiv agrees ") + names[scheme] + " on " + std::to_string(count) + of, failure);
   if (failures > failed_before) std::printf("# %d of the random cages differ\n", failures - failed_before);
 }
 

@@ -337,10 +337,8 @@ TEST(shading_keeps_triangles_apart) {
     s->normals[f][2] = tangents[f][0] = tangents[f][3] = 1;
     for (uint32_t i = 0; i < 3; i++) s->normal_of[3 * f + i] = f;
   }
-  s->mesh.normals = (tw_corner_normals){.value_count = MOST,
-                                        .values = s->normals[0],
-                                        .tangents = tangents[0],
-                                        .corners = s->normal_of};
+  s->mesh.normals = (tw_corner_normals){
+      .value_count = MOST, .values = s->normals[0], .tangents = tangents[0], .corners = s->normal_of};
   s->mesh.morph_count = 1;
   s->mesh.morphs = targets;
   s->mesh.morph_normals = targets;
