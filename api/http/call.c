@@ -180,12 +180,12 @@ static bool etag_matches(const char *list, const char *etag, bool weak) {
   return false;
 }
 
-api_outcome api_check_conditions(api_call *call, const char *representation) {
+api_outcome api_check_conditions(api_call *call, const char *representation, const char *canonical) {
   const char *if_match = api_call_header(call, "If-Match"),
              *if_none_match = api_call_header(call, "If-None-Match");
   bool is_match = !if_match;
   for (api_coding coding = API_CODING_NONE; coding <= API_CODING_ZSTD; coding++) {
-    const char *etag = coded_etag(call, call->id, representation, coding, "");
+    const char *etag = coded_etag(call, call->id, representation, coding, canonical);
     if (!etag) return api_fail_without_memory(call);
     is_match = is_match || etag_matches(if_match, etag, false);
     if (if_none_match && etag_matches(if_none_match, etag, true))

@@ -36,6 +36,7 @@ typedef struct api_call {
   api_query query;
   uint32_t warning_count;
   const char *first_warning; /* percent-encoded */
+  const char *told_name;     /* the model's name in a description, which the entity tag depends on; or NULL */
   uint64_t
       held; /* bytes that the answer's body holds while it is read, without the arena and cache entries */
   tw_arena *arena;   /* the answer's arena; lives as long as the answer */
@@ -98,7 +99,7 @@ api_outcome api_validate_file(api_call *call, const char *hash);
 
 /* For a request that changes what is at the URL: API_FAILED for 412 where If-Match names none of the
  * representation's entity tags in any content coding, or If-None-Match one of them, else API_CONTINUE. */
-api_outcome api_check_conditions(api_call *call, const char *representation);
+api_outcome api_check_conditions(api_call *call, const char *representation, const char *canonical);
 
 /* A byte range of a representation. */
 typedef struct api_range {

@@ -13,6 +13,7 @@ typedef struct response {
   tw_text text;
   uint32_t warning_count;
   char *first_warning; /* percent-encoded, or NULL */
+  char *told_name;     /* as in the call, or NULL */
 } response;
 
 typedef struct response_source {
@@ -25,14 +26,20 @@ static void destroy_response(void *value) {
   response *made = value;
   tw_text_deinit(&made->text);
   free(made->first_warning);
+  free(made->told_name);
   free(made);
 }
 
-/* Keeps the warnings that the call has once its answer is printed. False without memory. */
-static bool keep_warnings(const api_call *call, response *out) {
+/* NULL stays NULL. False without memory. */
+static bool copy_text(const char *text, char **out) {
+  *out = text ? strdup(text) : NULL;
+  return !text || *out;
+}
+
+/* Keeps what the call has of warnings and names once its answer is printed. False without memory. */
+static bool keep_told(const api_call *call, response *out) {
   out->warning_count = call->warning_count;
-  if (call->first_warning) out->first_warning = strdup(call->first_warning);
-  return !call->first_warning || out->first_warning;
+  return copy_text(call->first_warning, &out->first_warning) && copy_text(call->told_name, &out->told_name);
 }
 
 static bool build_response(void *context, api_built *out, api_fault *fault) {
@@ -40,7 +47,7 @@ static bool build_response(void *context, api_built *out, api_fault *fault) {
   response *made = tw_alloc_zero(1, sizeof *made);
   if (!made) return api_fault_without_memory(fault);
   bool is_printed = source->print(source->context, &made->text, fault);
-  if (is_printed && !made->text.failed && keep_warnings(source->call, made)) {
+  if (is_printed && !made->text.failed && keep_told(source->call, made)) {
     tw_text_fit(&made->text);
     *out = (api_built){made, sizeof *made + made->text.capacity, destroy_response, API_CACHED_ANSWER};
     return true;
@@ -102,7 +109,8 @@ api_outcome api_response_reply(api_call *call, const char *key, const char *repr
   api_entry *entry;
   api_outcome outcome = take(call, key, print, context, &entry);
   if (outcome != API_DONE) return outcome;
-  outcome = api_validate(call, representation, canonical);
+  const response *kept = api_entry_value(entry);
+  outcome = api_validate(call, representation, kept->told_name ? kept->told_name : canonical);
   if (outcome == API_CONTINUE) return send_entry(call, entry);
   api_entry_release(entry);
   return outcome;

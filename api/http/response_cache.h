@@ -13,7 +13,8 @@ enum { API_RESPONSE_MAX = 4 << 20 };
  * filled; the caller frees the text. */
 typedef bool (*api_print)(void *context, tw_text *out, api_fault *fault);
 
-/* Answers with the cached text of the key, printed where it is missing; validates as api_validate does.
+/* Answers with the cached text of the key, printed where it is missing; validates as api_validate does. Where
+ * printing sets told_name of the call, the entity tag depends on that name in place of `canonical`.
  * A light call stalls where it is not cached. */
 api_outcome api_response_reply(api_call *call, const char *key, const char *representation,
                                const char *canonical, api_print print, void *context);

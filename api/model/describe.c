@@ -18,6 +18,11 @@ const char *api_model_name(const tw_model *model) {
   return NULL;
 }
 
+bool api_tell_name(api_call *call, const char *name) {
+  call->told_name = name ? tw_arena_text(call->arena, name, strlen(name)) : NULL;
+  return !name || call->told_name;
+}
+
 void api_model_print_listed(const tw_model *model, tw_text *out) {
   tw_member_string(out, "name", api_model_name(model));
   tw_member_string(out, "format", tw_format_names[model->format]);
@@ -360,5 +365,5 @@ bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text 
   add_warnings(out, model->warnings, model->warning_count, call);
   add_fault_warnings(out, model, &faults, call);
   tw_text_add(out, "]}\n");
-  return true;
+  return api_tell_name(call, api_model_name(model)) || api_fault_without_memory(&call->fault);
 }

@@ -51,12 +51,12 @@ typedef struct model_head {
   const char *location, *etag;
 } model_head;
 
-/* False without memory. */
+/* After the model was described. False without memory. */
 static bool make_head(api_call *call, const char *id, model_head *out) {
   char path[64];
   int length = snprintf(path, sizeof path, "/v1/models/%s", id);
   out->location = tw_arena_text(call->arena, path, (size_t)length);
-  out->etag = api_etag(call, id, description, "");
+  out->etag = api_etag(call, id, description, call->told_name ? call->told_name : "");
   return out->location && out->etag;
 }
 
@@ -73,16 +73,16 @@ static api_outcome store_printed(api_call *call, api_bytes bytes, const char *na
   tw_text text = {0};
   bool existed = false;
   api_model_id_print(bytes, id);
-  model_head head;
-  if (!make_head(call, id, &head) || !take_name(call->service, id, name, model))
-    return api_fail_without_memory(call);
+  model_head head = {0};
+  if (!take_name(call->service, id, name, model)) return api_fail_without_memory(call);
   bool is_ready = api_describe(model, id, bytes.size, &text, call);
   if (is_ready && addition && !text.failed) {
     text.size -= 2; /* the end of the object */
     addition->print(addition->context, &text);
     tw_text_add(&text, "}\n");
   }
-  if (is_ready && text.failed) is_ready = api_fault_without_memory(&call->fault);
+  if (is_ready && (text.failed || !make_head(call, id, &head)))
+    is_ready = api_fault_without_memory(&call->fault);
   if (!is_ready || store_model(call, bytes, id, model, &existed) != API_DONE) {
     tw_text_deinit(&text);
     return API_FAILED;
@@ -178,11 +178,10 @@ api_outcome api_get_model(api_call *call) {
 }
 
 api_outcome api_model_reply_stored(api_call *call) {
-  model_head head;
+  model_head head = {0};
   tw_text text = {0};
-  if (!make_head(call, call->id, &head)) return api_fail_without_memory(call);
   bool is_printed = print_description(call, &text, &call->fault);
-  if (is_printed && !text.failed) {
+  if (is_printed && !text.failed && make_head(call, call->id, &head)) {
     answer_stored(call, 200, &head, &text);
     return API_DONE;
   }
@@ -190,10 +189,33 @@ api_outcome api_model_reply_stored(api_call *call) {
   return is_printed ? api_fail_without_memory(call) : API_FAILED;
 }
 
+/* Sets told_name of the call as a description does: to the name in the summary, or in the model where that is
+ * lost. */
+static api_outcome find_told_name(api_call *call) {
+  api_summary stored;
+  api_entry *entry = NULL;
+  bool has_summary = api_summary_find(call->service, call->id, &stored);
+  api_outcome outcome = has_summary ? API_DONE : api_model_take(call, call->id, NULL, &entry);
+  if (outcome == API_DONE)
+    outcome = api_tell_name(call, has_summary ? stored.name : api_model_name(api_entry_value(entry)))
+                  ? API_DONE
+                  : api_fail_without_memory(call);
+  api_entry_release(entry);
+  cJSON_Delete(stored.tree);
+  return outcome;
+}
+
+static api_outcome check_deletion(api_call *call) {
+  if (!api_call_header(call, "If-Match") && !api_call_header(call, "If-None-Match")) return API_CONTINUE;
+  api_outcome outcome = find_told_name(call);
+  return outcome == API_DONE ? api_check_conditions(call, description, call->told_name ? call->told_name : "")
+                             : outcome;
+}
+
 api_outcome api_delete_model(api_call *call) {
   if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   const api_store *store = &call->service->store;
-  if (api_check_conditions(call, description) != API_CONTINUE) {
+  if (check_deletion(call) != API_CONTINUE) {
     bool is_absent = store->look(store->context, call->id, true) == API_STORE_ABSENT;
     return is_absent ? api_model_fail_absent(call, call->id) : API_FAILED;
   }

@@ -33,8 +33,11 @@ void api_model_remember(api_service *service, const char *id, tw_model *model);
 /* Names the model. name: or NULL. False without memory. */
 bool api_model_set_name(tw_model *model, const char *name);
 
-/* Prints the description of a model, and adds its warnings to the answer's header. False: the call's fault
- * says why. */
+/* Sets told_name of the call to a copy of a model's name. name: or NULL. False without memory. */
+bool api_tell_name(api_call *call, const char *name);
+
+/* Prints the description of a model, adds its warnings to the answer's header and tells its name
+ * (api_tell_name). False: the call's fault says why. */
 bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text *out, api_call *call);
 
 /* The model's name: its own, or the first one in its meshes, nodes or clips; NULL without any. */

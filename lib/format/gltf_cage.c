@@ -446,6 +446,8 @@ static bool put_tags(tag_writer *w, const tw_scene *scene, uint32_t index) {
   put_rules(w, mesh);
   if (!mesh->normals.corners && tw_surface_get_layout(w->surface)->normal != UINT32_MAX)
     tw_member_count(&w->text, "computed_normals", 1);
+  if (mesh->has_tangents_alone && tw_surface_get_layout(w->surface)->tangent == UINT32_MAX)
+    tw_member_count(&w->text, "tangents", 1);
   tw_text_add(&w->text, "}");
   return !w->text.failed;
 }

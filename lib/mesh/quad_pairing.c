@@ -48,8 +48,32 @@ static bool values_part(const tw_mesh *mesh, uint32_t a, uint32_t b) {
   return false;
 }
 
+/* Whether directions, or displacements of directions, differ by more than half a degree. */
+static bool directions_part(const float *a, const float *b) {
+  double p[3];
+  tw_side3(a, b, p);
+  return tw_dot3(p, p) > 7.6e-5; /* the square of the chord */
+}
+
+/* Whether two corners of a point have different tangents, or normals that a morph target displaces
+ * differently. */
+static bool shading_parts(const tw_mesh *mesh, uint32_t a, uint32_t b) {
+  const tw_corner_normals *normals = &mesh->normals;
+  if (!normals->corners || normals->corners[a] == normals->corners[b]) return false;
+  size_t p = normals->corners[a], q = normals->corners[b];
+  if (normals->tangents) {
+    const float *one = normals->tangents + 4 * p, *other = normals->tangents + 4 * q;
+    if (directions_part(one, other) || (one[3] < 0) != (other[3] < 0)) return true;
+  }
+  if (!mesh->morph_normals) return false;
+  tw_work(mesh->morph_count);
+  for (uint32_t m = 0; m < mesh->morph_count; m++)
+    if (directions_part(mesh->morph_normals[m] + 3 * p, mesh->morph_normals[m] + 3 * q)) return true;
+  return false;
+}
+
 /* False when the triangles share no whole edge, or the edge has to stay: it parts materials, UVs, attributes
- * or normals. */
+ * or shading. */
 static bool find_junction(const tw_mesh *mesh, uint32_t face, uint32_t other, junction *out) {
   if (face_size(mesh, face) != 3 || face_size(mesh, other) != 3) return false;
   if (mesh->face_materials && mesh->face_materials[face] != mesh->face_materials[other]) return false;
@@ -60,6 +84,7 @@ static bool find_junction(const tw_mesh *mesh, uint32_t face, uint32_t other, ju
       if (mesh->corners[a] != mesh->corners[d] || mesh->corners[b] != mesh->corners[c]) continue;
       if (values_part(mesh, a, d) || values_part(mesh, b, c)) return false;
       if (tw_corners_part(mesh, a, d) || tw_corners_part(mesh, b, c)) return false;
+      if (shading_parts(mesh, a, d) || shading_parts(mesh, b, c)) return false;
       uint32_t apex = second + (j + 2) % 3;
       if (mesh->corners[apex] == mesh->corners[first + (i + 2) % 3]) return false;
       *out = (junction){{b, first + (i + 2) % 3, a, apex}, (uint8_t)(3 * i + j)};
@@ -70,11 +95,24 @@ static bool find_junction(const tw_mesh *mesh, uint32_t face, uint32_t other, ju
 
 /* The shape of the quad that joining two triangles gives. */
 typedef struct shape {
-  double flatness; /* cosine of the angle between the halves' normals, 0 where a half has no area */
-  double
-      quality; /* 0 for a quad that is not convex or bent by more than 60 degrees, up to 1 for a rectangle */
-  bool is_split; /* the shared edge is the longest of both halves, as a rectangle's diagonal is */
+  double flatness;  /* cosine of the angle between the halves' normals, 0 where a half has no area */
+  double quality;   /* 0 for a quad that is not convex, not cut back or bent by more than 60 degrees, up to 1
+                       for a   rectangle */
+  bool is_cut_back; /* cut by its shape, the quad gives the same halves */
+  bool is_split;    /* the shared edge is the longest of both halves, as a rectangle's diagonal is */
 } shape;
+
+/* Whether a quad is the fan whose halves have these normals, as tw_ear_clipper_is_fan sees it: along the axis
+ * in which their sum is longest. */
+static bool is_fan(const double one[3], const double other[3]) {
+  double sum[3];
+  int axis = 0;
+  for (int i = 0; i < 3; i++) sum[i] = one[i] + other[i];
+  for (int i = 1; i < 3; i++)
+    if (fabs(sum[i]) > fabs(sum[axis])) axis = i;
+  double sign = sum[axis] < 0 ? -1 : 1, least = -1e-6 * fabs(sum[axis]);
+  return sign * one[axis] >= least && sign * other[axis] >= least;
+}
 
 static shape find_shape(const tw_mesh *mesh, const uint32_t quad[4]) {
   const float *p[4];
@@ -94,7 +132,8 @@ static shape find_shape(const tw_mesh *mesh, const uint32_t quad[4]) {
   /* The halves lie at corners 1 and 3: the shared edge joins 0 and 2. */
   double areas = sqrt(tw_dot3(turns[1], turns[1]) * tw_dot3(turns[3], turns[3]));
   out.flatness = areas > 0 ? tw_dot3(turns[1], turns[3]) / areas : 0;
-  if (out.flatness < 0.5) return out;
+  out.is_cut_back = is_fan(turns[1], turns[3]);
+  if (out.flatness < 0.5 || !out.is_cut_back) return out;
   for (int i = 0; i < 4; i++) {
     double turn = tw_dot3(turns[i], sum) /
                   sqrt(tw_dot3(sum, sum) * sides[i] * sides[(i + 3) % 4]); /* sine of the angle */
@@ -163,13 +202,14 @@ static bool is_alone(const pairing *p, uint32_t f) {
 }
 
 /* The worth of joining faces f and f + 1; 0 when they cannot be joined. The exporter's pattern is worth more
- * than any shape: such a pair may be concave, and bent by up to 120 degrees. */
+ * than any shape: such a pair may be concave, and bent by up to 120 degrees, where level 0 still shows the
+ * file's triangles. */
 static double pair_worth(const pairing *p, uint32_t f) {
   junction j;
   if (p->pattern[f] == NO_PATTERN || !find_junction(p->mesh, f, f + 1, &j)) return 0;
   bool is_usual = j.pattern == p->usual[0] || j.pattern == p->usual[1];
   shape s = find_shape(p->mesh, j.quad);
-  if (s.flatness <= p->flatness) return 0;
+  if (s.flatness <= p->flatness || !s.is_cut_back) return 0;
   if (is_usual && s.flatness != 0 && is_alone(p, f)) return 2 + s.quality;
   return s.quality > 0 && s.is_split ? s.quality + (is_usual ? 2 : 1) : 0;
 }

@@ -63,7 +63,9 @@ typedef struct value_facts {
 } value_facts;
 
 /* Whether the faces of a value do not form one smooth fan: seams separate them, or an infinitely sharp edge
- * divides them. */
+ * divides them. A value that comes again around a point, in a sector that does not touch its first, is one
+ * value, and non-manifold in the UV mesh: it stays as it is, as in OpenSubdiv, which overlooks it only where
+ * the second of two values is the one that returns. */
 static bool is_disjoint(const tw_topology *uv, uint32_t v) {
   if (uv->vertex_flags[v] & TW_VERTEX_NONMANIFOLD) return true;
   for (uint32_t i = uv->ring_offsets[v]; i < uv->ring_offsets[v + 1]; i++) {

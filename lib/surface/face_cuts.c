@@ -2,8 +2,8 @@
  * triangles or convex, so cuts are few. Those of level 0 are listed once. Quads of levels below are looked at
  * when they are read, so that no level is too large: only where a face of the cage is not surely convex or is
  * folded against a neighbour, and there only those of the base's faces that are, or near ones that are.
- * Children of other faces, and of cages of triangles alone, are convex but for some in a million: beside
- * creases that part cells of very different size, and where triangles are folded over each other. */
+ * Children of other faces are convex but for some in a million of sharply folded sheets: beside creases that
+ * part cells of very different size, and near folds of triangles. */
 
 #include <math.h>
 
@@ -164,8 +164,13 @@ static void normal_of(const uint32_t *corners, uint32_t size, const double *poin
     tw_cross3(a, b, normal);
     return;
   }
-  for (int c = 0; c < 3; c++) normal[c] = 0;
   tw_difference3(points + 3 * (size_t)corners[1], origin, a);
+  if (size == 3) {
+    tw_difference3(points + 3 * (size_t)corners[2], origin, b);
+    tw_cross3(a, b, normal);
+    return;
+  }
+  for (int c = 0; c < 3; c++) normal[c] = 0;
   for (uint32_t i = 2; i < size; i++) {
     tw_difference3(points + 3 * (size_t)corners[i], origin, b);
     tw_cross3(a, b, cross);
@@ -174,17 +179,22 @@ static void normal_of(const uint32_t *corners, uint32_t size, const double *poin
   }
 }
 
+/* The least share of twice a face's area that the triangles at its corners have where its children are surely
+ * convex: of faces of cages, and of the quads that triangles become, whose children are further from being
+ * concave. */
+static const double FULL = 0.2, FULL_OF_TRIANGLES = 0.1;
+
 /* Whether the triangle at a corner of a face looks nearly along the face's normal (a cosine of at least 0.9),
- * and its area along it is at least a fifth of twice the face's. Of its normal: the part along the face's,
+ * and its area along it is at least `share` of twice the face's. Of its normal: the part along the face's,
  * and the square. */
-static bool is_full(double along, double square, double of_face) {
-  return along >= 0.2 * of_face && along * along >= 0.81 * of_face * square;
+static bool is_full(double along, double square, double of_face, double share) {
+  return along >= share * of_face && along * along >= 0.81 * of_face * square;
 }
 
 /* Whether the face is convex along any axis from which it is seen when it is cut, as one that is nearly flat
  * is, so that its children are too. */
 static bool is_surely_convex(const uint32_t *corners, uint32_t size, const double *points,
-                             const double normal[3]) {
+                             const double normal[3], double share) {
   double triangle[3], a[3], b[3], of_face = tw_dot3(normal, normal);
   if (!(of_face > 0)) return false;
   tw_difference3(points + 3 * (size_t)corners[0], points + 3 * (size_t)corners[size - 1], a);
@@ -193,9 +203,9 @@ static bool is_surely_convex(const uint32_t *corners, uint32_t size, const doubl
                    b);
     tw_cross3(a, b, triangle);
     double along = tw_dot3(triangle, normal), square = tw_dot3(triangle, triangle);
-    if (!is_full(along, square, of_face)) return false;
+    if (!is_full(along, square, of_face, share)) return false;
     /* The triangle at the opposite corner of a quad is the rest of it. */
-    if (size == 4 && !is_full(of_face - along, of_face - 2 * along + square, of_face)) return false;
+    if (size == 4 && !is_full(of_face - along, of_face - 2 * along + square, of_face, share)) return false;
     memcpy(a, b, sizeof a);
   }
   return true;
@@ -206,17 +216,17 @@ static bool is_face_convex(const tw_topology *t, uint32_t face, const double *po
   double normal[3];
   if (tw_face_size(t, face) == 3) return true;
   normal_of(corners, tw_face_size(t, face), points, normal);
-  return is_surely_convex(corners, tw_face_size(t, face), points, normal);
+  return is_surely_convex(corners, tw_face_size(t, face), points, normal, FULL);
 }
 
-/* Whether the face of a corner and its neighbour across the edge behind it look away from each other (a
- * cosine below -0.5). Their common vertices then move across them, and a child may be concave. normals:
- * [faces][3]. */
-static bool is_folded(const tw_topology *t, uint32_t corner, const double *normals) {
-  const double *own = normals + 3 * (size_t)tw_corner_face(t, corner),
-               *other = normals + 3 * (size_t)tw_corner_face(t, t->sibling[corner]);
-  double along = tw_dot3(own, other);
-  return along < 0 && along * along > 0.25 * tw_dot3(own, own) * tw_dot3(other, other);
+/* Whether the face of a corner, whose normal is `own`, and its neighbour across the edge behind it look away
+ * from each other. Their common vertices then move across them, and a child may be concave. The cosine is
+ * below -0.5; below -0.7 where all faces are triangles, whose children are further from being concave.
+ * normals: [faces][3]. */
+static bool is_folded(const tw_topology *t, const double *own, uint32_t corner, const double *normals) {
+  const double *other = normals + 3 * (size_t)tw_corner_face(t, t->sibling[corner]);
+  double along = tw_dot3(own, other), least = t->face_size == 3 ? 0.5 : 0.25;
+  return along < 0 && along * along > least * tw_dot3(own, own) * tw_dot3(other, other);
 }
 
 /* normals: [faces][3] receives those of all faces where true is returned. */
@@ -225,76 +235,128 @@ static bool are_faces_convex(const tw_topology *cage, const double *points, doub
     const uint32_t *corners = cage->corner_vertex + tw_face_begin(cage, f);
     uint32_t size = tw_face_size(cage, f);
     normal_of(corners, size, points, normals + 3 * (size_t)f);
-    if (size > 3 && !is_surely_convex(corners, size, points, normals + 3 * (size_t)f)) return false;
+    if (size > 3 && !is_surely_convex(corners, size, points, normals + 3 * (size_t)f, FULL)) return false;
   }
   return true;
 }
 
-tw_status tw_cage_is_convex(const tw_topology *cage, const double *points, bool *out) {
-  *out = true;
-  if (cage->face_size == 3) return TW_OK;
-  double *normals = tw_alloc(cage->face_count, 3 * sizeof *normals);
-  if (!normals) return TW_NO_MEMORY;
+static bool is_convex_everywhere(const tw_topology *cage, const double *points, double *normals) {
   bool is_convex = are_faces_convex(cage, points, normals);
-  for (uint32_t c = 0; is_convex && c < cage->corner_count; c++)
-    is_convex = cage->sibling[c] <= c || !is_folded(cage, c, normals);
-  tw_free(normals);
-  *out = is_convex;
-  return TW_OK;
+  for (uint32_t f = 0; is_convex && f < cage->face_count; f++) {
+    const double *normal = normals + 3 * (size_t)f;
+    uint32_t end = tw_face_begin(cage, f) + tw_face_size(cage, f);
+    for (uint32_t c = tw_face_begin(cage, f); is_convex && c < end; c++)
+      is_convex = cage->sibling[c] <= c || !is_folded(cage, normal, c, normals);
+  }
+  return is_convex;
 }
 
 /* Marks the vertices of faces that may be concave, and those around which the surface is folded: a face looks
- * the other way than its neighbour, or than all of them together. normals: [faces][3] scratch, sums:
- * [vertices][3] zeroed. */
-static void mark_folds(const tw_topology *base, const double *points, double *normals, double *sums,
-                       uint8_t *marks) {
-  for (uint32_t f = 0; f < base->face_count; f++) {
-    const uint32_t *corners = base->corner_vertex + tw_face_begin(base, f);
-    uint32_t size = tw_face_size(base, f);
+ * the other way than its neighbour, or than all of them together. Of faces where is_near is false only those
+ * beside others are looked at. normals: [faces][3] scratch, sums: [vertices][3] zeroed. */
+static void mark_folds(const tw_topology *t, const double *points, double share, const uint8_t *is_near,
+                       double *normals, double *sums, uint8_t *marks) {
+  for (uint32_t f = 0; f < t->face_count; f++) {
+    const uint32_t *corners = t->corner_vertex + tw_face_begin(t, f);
+    uint32_t size = tw_face_size(t, f);
     double *normal = normals + 3 * (size_t)f;
     normal_of(corners, size, points, normal);
-    bool marked = size > 3 && !is_surely_convex(corners, size, points, normal);
+    bool marked = size > 3 && is_near[f] && !is_surely_convex(corners, size, points, normal, share);
     for (uint32_t k = 0; k < size; k++) {
       double *sum = sums + 3 * (size_t)corners[k];
       if (marked) marks[corners[k]] = 1;
       for (int c = 0; c < 3; c++) sum[c] += normal[c];
     }
   }
-  for (uint32_t f = 0; f < base->face_count; f++) {
-    const uint32_t *corners = base->corner_vertex + tw_face_begin(base, f);
-    uint32_t begin = tw_face_begin(base, f), size = tw_face_size(base, f);
-    for (uint32_t k = 0; k < size; k++) {
+  for (uint32_t f = 0; f < t->face_count; f++) {
+    const uint32_t *corners = t->corner_vertex + tw_face_begin(t, f);
+    uint32_t begin = tw_face_begin(t, f), size = tw_face_size(t, f);
+    for (uint32_t k = 0; is_near[f] && k < size; k++) {
       if (tw_dot3(normals + 3 * (size_t)f, sums + 3 * (size_t)corners[k]) <= 0) marks[corners[k]] = 1;
-      if (is_folded(base, begin + k, normals))
+      if (is_folded(t, normals + 3 * (size_t)f, begin + k, normals))
         marks[corners[k]] = marks[corners[k + 1 < size ? k + 1 : 0]] = 1;
     }
   }
 }
 
-/* Finds the faces that have a marked vertex. TW_NO_MEMORY. */
-static tw_status find_near(const tw_topology *base, const double *points, uint8_t *is_near) {
-  double *normals = tw_alloc(base->face_count, 3 * sizeof *normals);
-  double *sums = tw_alloc_zero(base->vertex_count, 3 * sizeof *sums);
-  uint8_t *marks = tw_alloc_zero(base->vertex_count, 1);
+/* Leaves of the faces where is_near is true those that have a marked vertex. TW_NO_MEMORY. */
+static tw_status find_near(const tw_topology *t, const double *points, double share, uint8_t *is_near) {
+  double *normals = tw_alloc(t->face_count, 3 * sizeof *normals);
+  double *sums = tw_alloc_zero(t->vertex_count, 3 * sizeof *sums);
+  uint8_t *marks = tw_alloc_zero(t->vertex_count, 1);
   bool has_memory = normals && sums && marks;
-  if (has_memory) mark_folds(base, points, normals, sums, marks);
-  for (uint32_t f = 0; has_memory && f < base->face_count; f++)
-    for (uint32_t k = 0; k < tw_face_size(base, f); k++)
-      is_near[f] |= marks[base->corner_vertex[tw_face_begin(base, f) + k]];
+  if (has_memory) mark_folds(t, points, share, is_near, normals, sums, marks);
+  for (uint32_t f = 0; has_memory && f < t->face_count; f++) {
+    uint8_t has_mark = 0;
+    for (uint32_t k = 0; k < tw_face_size(t, f); k++)
+      has_mark |= marks[t->corner_vertex[tw_face_begin(t, f) + k]];
+    is_near[f] &= has_mark;
+  }
   tw_free(normals);
   tw_free(sums);
   tw_free(marks);
   return has_memory ? TW_OK : TW_NO_MEMORY;
 }
 
-tw_status tw_surface_find_concave(tw_surface *surface, const double *points) {
+/* Sets is_near of the triangles that touch a folded edge. Returns whether there are any. normals: [faces][3]
+ * scratch, marks: [vertices] zeroed. */
+static bool find_folded(const tw_topology *t, const double *points, double *normals, uint8_t *marks,
+                        uint8_t *is_near) {
+  bool has_any = false;
+  for (uint32_t f = 0; f < t->face_count; f++)
+    normal_of(t->corner_vertex + 3 * (size_t)f, 3, points, normals + 3 * (size_t)f);
+  for (uint32_t f = 0; f < t->face_count; f++)
+    for (uint32_t k = 0; k < 3; k++) {
+      uint32_t c = 3 * f + k;
+      if (t->sibling[c] <= c || !is_folded(t, normals + 3 * (size_t)f, c, normals)) continue;
+      marks[t->corner_vertex[c]] = marks[t->corner_vertex[3 * f + (k + 1) % 3]] = 1;
+      has_any = true;
+    }
+  for (uint32_t f = 0; has_any && f < t->face_count; f++) {
+    const uint32_t *corners = t->corner_vertex + 3 * (size_t)f;
+    is_near[f] = marks[corners[0]] | marks[corners[1]] | marks[corners[2]];
+  }
+  return has_any;
+}
+
+tw_status tw_cage_find_concave(const tw_topology *cage, const double *points, uint8_t **is_near) {
+  bool has_triangles = cage->face_size == 3, is_convex = false;
+  double *normals = tw_alloc(cage->face_count, 3 * sizeof *normals);
+  uint8_t *near = tw_alloc(cage->face_count, 1), *marks = tw_alloc_zero(cage->vertex_count, 1);
+  bool has_memory = normals && near && marks;
+  if (has_memory && has_triangles)
+    is_convex = !find_folded(cage, points, normals, marks, near);
+  else if (has_memory)
+    is_convex = is_convex_everywhere(cage, points, normals);
+  if (has_memory && !has_triangles) memset(near, 1, cage->face_count);
+  tw_free(normals);
+  tw_free(marks);
+  if (!has_memory || is_convex) {
+    tw_free(near);
+    near = NULL;
+  }
+  *is_near = near;
+  return has_memory ? TW_OK : TW_NO_MEMORY;
+}
+
+tw_status tw_surface_find_concave(tw_surface *surface, const uint8_t *is_near, const double *points) {
   tw_surface *s = surface;
-  const tw_topology *base = &s->steps[s->step_count].topology;
+  const tw_topology *cage = &s->steps[0].topology, *base = &s->steps[s->step_count].topology;
   bool is_answer = s->side == 1 && !s->levels && !s->options.limit; /* the base is */
-  s->near_concave = tw_alloc_zero(base->face_count, 1);
+  double share = cage->face_size == 3 ? FULL_OF_TRIANGLES : FULL;
+  s->near_concave = tw_alloc(base->face_count, 1);
   if (!s->near_concave) return TW_NO_MEMORY;
-  if (!is_answer) return find_near(base, points, s->near_concave);
-  for (uint32_t f = 0; f < base->face_count; f++) s->near_concave[f] = !is_face_convex(base, f, points);
+  /* A quad for each corner, then four for each quad, but where an open border leaves some out. */
+  uint32_t shift = s->step_count > 0 ? 2 * (s->step_count - 1) : 0;
+  uint64_t from = s->step_count > 0 ? cage->corner_count : cage->face_count;
+  bool has_all = base->face_count == from << shift;
+  for (uint32_t f = 0; f < base->face_count; f++) {
+    uint32_t of = s->step_count > 0 && has_all ? tw_corner_face(cage, f >> shift) : f;
+    s->near_concave[f] = !has_all || is_near[of];
+  }
+  if (base->face_size == 3) return TW_OK; /* the cage's own */
+  if (!is_answer) return find_near(base, points, share, s->near_concave);
+  for (uint32_t f = 0; f < base->face_count; f++) s->near_concave[f] &= !is_face_convex(base, f, points);
   return TW_OK;
 }
 

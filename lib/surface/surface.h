@@ -187,17 +187,17 @@ tw_status tw_surface_keep_base(tw_surface *s, double **base, const tw_parallel_f
  * TW_CANCELLED. */
 tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw_parallel_for *parallel);
 
-/* Whether all faces of a cage are surely convex and not folded against each other, so that quads of its
- * levels are convex, but for some in a million. False also without memory. points: [vertices][3]. O(corners).
- */
-tw_status tw_cage_is_convex(const tw_topology *cage, const double *points, bool *out);
+/* Finds the faces of a cage below which quads may be concave. *is_near: [faces], which the caller frees;
+ * NULL: all faces are surely convex and not folded against each other, so that quads of its levels are
+ * convex, but for some in a million. points: [vertices][3]. O(corners). TW_NO_MEMORY. */
+tw_status tw_cage_find_concave(const tw_topology *cage, const double *points, uint8_t **is_near);
 
 /* Finds how the faces of level 0 are cut into triangles, once the surface has positions. O(corners), but for
  * polygons that are no fan from their first corner: see tw_ear_clipper_cut. TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_surface_cut_faces(tw_surface *surface, const tw_parallel_for *parallel);
 
-/* Sets `near_concave`. points: of the base, [vertices][3]. O(corners). TW_NO_MEMORY. */
-tw_status tw_surface_find_concave(tw_surface *surface, const double *points);
+/* Sets `near_concave`. is_near: of the cage. points: of the base, [vertices][3]. O(corners). TW_NO_MEMORY. */
+tw_status tw_surface_find_concave(tw_surface *surface, const uint8_t *is_near, const double *points);
 
 /* Number of bounds that a surface holds: its own of positions and, where it is no copy of a plan, one of each
  * target's displacements. */

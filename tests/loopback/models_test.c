@@ -713,6 +713,37 @@ TEST_WITH(what_if_match_does_not_name_is_not_deleted, loopback_setup, loopback_t
   assert_problem(loopback_ask(*state, "DELETE", path, "If-Match: *\n", NULL, 0), 404, NULL, NULL);
 }
 
+/* A name is no part of the bytes that the id is made of: once the model is deleted, another may be given. */
+TEST_WITH(the_tag_of_a_description_is_of_its_name, loopback_setup, loopback_teardown) {
+  char id[API_ID_TEXT], path[64], first[160], headers[192];
+  reply r = loopback_post(*state, "/v1/models?name=one", "model/obj", triangle);
+  snprintf(first, sizeof first, "%s", reply_header(&r, "ETag"));
+  reply_free(&r);
+  loopback_upload(*state, "model/obj", triangle, id);
+  snprintf(path, sizeof path, "/v1/models/%s", id);
+  r = loopback_get(*state, path);
+  assert_string_equal(reply_header(&r, "ETag"), first);
+  reply_free(&r);
+  r = loopback_ask(*state, "DELETE", path, NULL, NULL, 0);
+  assert_int_equal(r.status, 204);
+  reply_free(&r);
+  r = loopback_post(*state, "/v1/models?name=two", "model/obj", triangle);
+  assert_string_not_equal(reply_header(&r, "ETag"), first);
+  reply_free(&r);
+  snprintf(headers, sizeof headers, "If-None-Match: %s\n", first);
+  r = get_with(*state, path, headers);
+  assert_int_equal(r.status, 200);
+  assert_non_null(strstr(r.body, "\"two\""));
+  assert_string_not_equal(reply_header(&r, "ETag"), first);
+  snprintf(headers, sizeof headers, "If-Match: %s\n", first);
+  assert_problem(loopback_ask(*state, "DELETE", path, headers, NULL, 0), 412, NULL, "If-Match");
+  snprintf(headers, sizeof headers, "If-Match: %s\n", reply_header(&r, "ETag"));
+  reply_free(&r);
+  r = loopback_ask(*state, "DELETE", path, headers, NULL, 0);
+  assert_int_equal(r.status, 204);
+  reply_free(&r);
+}
+
 TEST_WITH(ids_that_cannot_be_are_404, loopback_setup, loopback_teardown) {
   const char *const ids[] = {"x",
                              "0123456789ABCDEF0123456789ABCDEF",

@@ -72,3 +72,42 @@ TEST_WITH(holes_that_a_stored_model_kept_can_be_faces_again, loopback_setup, loo
     if (!strstr(mesh, rows[i])) fail_msg("no %s in %s", rows[i], mesh);
   reply_free(&r);
 }
+
+/* POSITION, NORMAL, TANGENT and TEXCOORD_0 of a triangle, without a material that would need the tangents. */
+static const char tangents[] =
+    "{'asset':{'version':'2.0'},'scene':0,'scenes':[{'nodes':[0]}],'nodes':[{'mesh':0}],'meshes':[{'"
+    "primitives':["
+    "{'attributes':{'POSITION':0,'NORMAL':1,'TANGENT':2,'TEXCOORD_0':3}}]}],'accessors':["
+    "{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3','min':[0,0,0],'max':[1,1,0]},"
+    "{'bufferView':0,'byteOffset':36,'componentType':5126,'count':3,'type':'VEC3'},"
+    "{'bufferView':0,'byteOffset':72,'componentType':5126,'count':3,'type':'VEC4'},"
+    "{'bufferView':0,'byteOffset':120,'componentType':5126,'count':3,'type':'VEC2'}],"
+    "'bufferViews':[{'buffer':0,'byteLength':144}],'buffers':[{'byteLength':144,'uri':"
+    "'data:application/octet-stream;base64,"
+    "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAAAAIA/AAAAAAAAAAAAAIA/"
+    "AACAPwAAAAAAAAAAAACAPwAAgD8AAAAAAAAAAAAAgD8AAIA/AAAAAAAAAAAAAIA/AAAAAAAAAAAAAIA/AAAAAAAAAAAAAIA/"
+    "'}]}";
+
+static void assert_tangents(loopback *loop, const char *id, const char *level) {
+  char target[96];
+  snprintf(target, sizeof target, "/v1/models/%s/surface.gltf?level=%s", id, level);
+  reply r = loopback_get(loop, target);
+  assert_int_equal(r.status, 200);
+  assert_non_null(strstr(r.body, "\"TANGENT\""));
+  reply_free(&r);
+}
+
+/* A moved mesh is stored without its normals, and without tangents, which need them. */
+TEST_WITH(surfaces_of_edited_meshes_have_tangents_where_the_file_had_some, loopback_setup,
+          loopback_teardown) {
+  loopback *loop = *state;
+  char id[API_ID_TEXT], *text = quoted(tangents);
+  loopback_upload(loop, "model/gltf+json", text, id);
+  free(text);
+  assert_tangents(loop, id, "1");
+  for (int times = 0; times < 2; times++) {
+    edit(loop, id, "{'edits':[{'edit':'move','vertices':[0],'by':[0,-1,0]}]}");
+    assert_tangents(loop, id, "0");
+    assert_tangents(loop, id, "1");
+  }
+}

@@ -343,6 +343,15 @@ public:
       }
   }
 
+  // Gives some of the corners that have a value another one, so that either may lie in several sectors.
+  void alternate_values(UvSet &set) {
+    const auto &face = set.faces[static_cast<size_t>(pick(static_cast<int>(set.faces.size())))];
+    int old = face[static_cast<size_t>(pick(static_cast<int>(face.size())))], other = new_value(set);
+    for (auto &own : set.faces)
+      for (int &value : own)
+        if (value == old && pick(2)) value = other;
+  }
+
   void unwrap_anew() {
     if (cage_.uv_sets.empty()) return;
     UvSet second = cage_.uv_sets[0];
@@ -480,4 +489,13 @@ Cage random_cage(std::mt19937 &random) {
 
 Cage random_triangle_cage(std::mt19937 &random) {
   return random_shape(random, true);
+}
+
+Cage random_alternating_cage(std::mt19937 &random) {
+  Shaper shaper(random_shape(random, false), random);
+  for (UvSet &set : shaper.uv_sets())
+    for (int i = 0; i < 3; i++) shaper.alternate_values(set);
+  Cage cage = shaper.finish();
+  cage.name = "random cage with values that return";
+  return cage;
 }

@@ -52,3 +52,5 @@ std::vector<Cage> hand_made_triangles();
 // Random cages: with faces cut, merged and removed, moved points, tags, and UVs with seams.
 Cage random_cage(std::mt19937 &random);
 Cage random_triangle_cage(std::mt19937 &random);
+// A random cage with UVs that come, go and come again around points: their sectors do not touch.
+Cage random_alternating_cage(std::mt19937 &random);

@@ -9,6 +9,7 @@ namespace Sdc = OpenSubdiv::Sdc;
 
 long compared_normals[Oracle::KindCount];
 int misread_sets = 0;
+long returning_values = 0;
 long compared_uvs = 0, compared_colors = 0;
 
 namespace {
@@ -292,10 +293,12 @@ std::string Comparison::compare(tw_surface *surface, tw_surface_reader *reader, 
   const Oracle &plain = plain_ ? *plain_ : oracle_;
   std::vector<size_t> comparable_sets, comparable_colors;
   for (size_t set = 0; set < layout->uv_count; set++)
-    if (oracle_.misreads(set))
+    if (oracle_.misreads(set)) {
       misread_sets++;
-    else
+    } else {
       comparable_sets.push_back(set);
+      returning_values += oracle_.returning_values(set);
+    }
   for (size_t set = 0; PointAttributes::COUNT + set < layout->attribute_count; set++)
     if (!oracle_.misreads(set)) comparable_colors.push_back(set);
   for (size_t cell = 0; cell < walk.cells.size(); cell++) {

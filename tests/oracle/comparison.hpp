@@ -27,6 +27,7 @@
 // How many normals of each kind were compared so far, and how many UV sets were left out.
 extern long compared_normals[Oracle::KindCount];
 extern int misread_sets;
+extern long returning_values; // points of compared UV sets around which a value comes, goes and comes again
 // Numbers at corners: of UV sets, and of attributes with values of corners.
 extern long compared_uvs, compared_colors;
 

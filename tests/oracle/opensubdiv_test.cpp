@@ -121,12 +121,14 @@ uint32_t random_level(std::mt19937 &random) {
   return number < 8 ? 1 : number < 12 ? 2 : number < 14 ? 3 : 4;
 }
 
-void compare_random(tw_scheme scheme, int count) {
+using MakeCage = Cage (*)(std::mt19937 &random);
+
+void compare_random(tw_scheme scheme, int count, MakeCage make, const char *of) {
   std::mt19937 random(20261121);
   std::string failure;
   int failed_before = failures;
   for (int i = 0; i < count; i++) {
-    Cage cage = scheme == TW_LOOP ? random_triangle_cage(random) : random_cage(random);
+    Cage cage = make(random);
     uint32_t level = random_level(random);
     unsigned flags = static_cast<unsigned>(random() % 8);
     // In separate statements: the evaluation order of arguments is unspecified.
@@ -135,9 +137,7 @@ void compare_random(tw_scheme scheme, int count) {
     compare(cage, options_of(scheme, level, boundary, uv, flags & 1, flags & 2, flags & 4), failure);
   }
   static const char *const names[] = {"by catmull-clark", "by loop", "bilinearly"};
-  conclude(std::string("opensubdiv agrees ") + names[scheme] + " on " + std::to_string(count) +
-               " random cages",
-           failure);
+  conclude(std::string("opensubdiv agrees ") + names[scheme] + " on " + std::to_string(count) + of, failure);
   if (failures > failed_before) std::printf("# %d of the random cages differ\n", failures - failed_before);
 }
 
@@ -153,15 +153,24 @@ int main(int argc, char **argv) {
   }
   if (only != "hand-made") {
     int random_count = sanitized ? 100 : 1500;
-    compare_random(TW_CATMULL_CLARK, random_count);
-    compare_random(TW_LOOP, random_count);
-    compare_random(TW_BILINEAR, random_count / 5);
+    const char *const of = " random cages";
+    compare_random(TW_CATMULL_CLARK, random_count, random_cage, of);
+    compare_random(TW_LOOP, random_count, random_triangle_cage, of);
+    compare_random(TW_BILINEAR, random_count / 5, random_cage, of);
+    returning_values = 0;
+    compare_random(TW_CATMULL_CLARK, random_count / 3, random_alternating_cage,
+                   " random cages with values that return");
+    if (returning_values < random_count / 10) {
+      conclude("values that return around a point are compared", "too few");
+      failures++;
+    }
   }
   const bool is_enough = compared_uvs > 100'000 && compared_colors > 100'000;
   conclude("values of corners are compared", is_enough ? "" : "too few");
   if (!is_enough) failures++;
   std::printf("1..%d\n# %d cases compared\n", tests, cases);
   std::printf("# %d UV sets left out: OpenSubdiv misreads them\n", misread_sets);
+  std::printf("# %ld points around which a value returns\n", returning_values);
   std::printf("# at corners: %ld numbers of UVs, %ld of attributes\n", compared_uvs, compared_colors);
   static const char *const kinds[] = {"smooth",     "sides",     "corners",      "sharp amid",
                                       "semi-sharp", "valence 2", "non-manifold", "flat"};

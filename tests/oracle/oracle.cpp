@@ -173,6 +173,26 @@ bool Oracle::misreads(size_t set) const {
   return false;
 }
 
+long Oracle::returning_values(size_t set) const {
+  const Far::TopologyLevel &cage = refiner_->GetLevel(0);
+  long count = 0;
+  for (int v = 0; v < cage.GetNumVertices(); v++) {
+    auto faces = cage.GetVertexFaces(v);
+    auto places = cage.GetVertexFaceLocalIndices(v);
+    std::vector<int> sectors; // the value of each
+    for (int i = 0; i < faces.size(); i++) {
+      int value = cage.GetFaceFVarValues(faces[i], static_cast<int>(set))[places[i]];
+      if (sectors.empty() || sectors.back() != value) sectors.push_back(value);
+    }
+    bool is_closed = cage.GetVertexEdges(v).size() == faces.size();
+    if (is_closed && sectors.size() > 1 && sectors.front() == sectors.back()) sectors.pop_back();
+    std::sort(sectors.begin(), sectors.end());
+    bool returns = std::adjacent_find(sectors.begin(), sectors.end()) != sectors.end();
+    count += returns && !cage.IsVertexNonManifold(v);
+  }
+  return count;
+}
+
 // ---- normals -----------------------------------------------------------------------------------
 
 static Value3 difference(const Value3 &a, const Value3 &b) {

@@ -40,6 +40,8 @@ public:
   // only with the first of the two). So it does not see that the value's faces are separated, which would pin
   // the value.
   bool misreads(size_t set) const;
+  // At how many points of the cage a value of the set comes again in a sector that does not touch its first.
+  long returning_values(size_t set) const;
 
   // The rule that a normal comes from, for counting.
   enum Kind { Smooth, Side, Corner, Amid, SemiSharp, Valence2, NonManifold, Flat, KindCount };

@@ -383,6 +383,40 @@ TEST(concave_quads_beside_folds_are_cut_by_their_shape) {
   assert_true(compared.all > 5000 && compared.turned > 10);
 }
 
+/* A sheet of triangles, each pair of them in a square, whose columns are folded over each other. The points
+ * are moved by less than what would turn a triangle over. */
+static char *triangle_sheet(uint64_t *seed) {
+  static const double columns[SHEET] = {0, 2, 1, 3.2, 1.7};
+  char *text = malloc(10000), *end = text;
+  assert_non_null(text);
+  for (int v = 0; v < SHEET * SHEET; v++)
+    end += sprintf(end, "v %.9g %.9g 0\n", columns[v % SHEET] + ref_between(seed, -0.15, 0.15),
+                   v / SHEET + ref_between(seed, -0.15, 0.15));
+  for (int v = 1; v < SHEET * (SHEET - 1); v++) {
+    if (v % SHEET == 0) continue;
+    if (ref_random(seed) < 0.5)
+      end += sprintf(end, "f %d %d %d\nf %d %d %d\n", v, v + 1, v + SHEET, v + 1, v + SHEET + 1, v + SHEET);
+    else
+      end += sprintf(end, "f %d %d %d\nf %d %d %d\n", v, v + 1, v + SHEET + 1, v, v + SHEET + 1, v + SHEET);
+  }
+  return text;
+}
+
+TEST(concave_quads_beside_folds_of_triangles_are_cut_by_their_shape) {
+  compared_quads compared = {0};
+  uint64_t seed = 75;
+  for (int n = 0; n < 200; n++) {
+    fixture f;
+    char *text = triangle_sheet(&seed);
+    fixture_init(&f, text);
+    fixture_refine_by(&f, &(tw_surface_options){.level = 1 + (uint32_t)n % 3});
+    compare_quads(&f, &compared);
+    fixture_deinit(&f);
+    free(text);
+  }
+  assert_true(compared.all > 50000 && compared.turned > 100);
+}
+
 TEST(levels_of_convex_faces_are_fans) {
   fixture f;
   fixture_init(&f, cube_text);

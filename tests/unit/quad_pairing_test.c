@@ -66,6 +66,19 @@ static bool folds(const float *points, const uint32_t q[4]) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] < 0;
 }
 
+/* Whether the halves of the last quad that was added lie side by side along the axis in which their areas
+ * together are largest: then level 0 cuts the quad back into them. */
+static bool is_cut_back(const soup *s) {
+  const uint32_t *c = s->corners + 3 * (s->mesh.face_count - 2);
+  double a[3], b[3];
+  int axis = 0;
+  turn(s->mesh.positions, c[0], c[1], c[2], a);
+  turn(s->mesh.positions, c[3], c[4], c[5], b);
+  for (int i = 1; i < 3; i++)
+    if (fabs(a[i] + b[i]) > fabs(a[axis] + b[axis])) axis = i;
+  return a[axis] * b[axis] >= 0;
+}
+
 static void add_quad(soup *s, const uint32_t q[4], uint32_t source, split how) {
   const float *p = s->mesh.positions;
   bool other = (how == FAN_BUT_CONCAVE && folds(p, q)) ||
@@ -164,11 +177,12 @@ static float noise(uint32_t *seed) {
   return (float)(*seed >> 8) / (float)(1 << 24) - 0.5f;
 }
 
-/* A sheet of quads whose points are moved about: some are concave, many bent. */
+/* A sheet of quads whose points are moved about: some are concave, many bent. Where level 0 would cut one
+ * along the other diagonal, it stays as it is in the file. */
 TEST(bent_and_concave_quads_come_back) {
   enum { SIDE = 24 };
   static float points[SIDE * SIDE][3];
-  uint32_t seed = 7, concave = 0, quad = 0;
+  uint32_t seed = 7, concave = 0, quad = 0, kept = 0;
   for (uint32_t i = 0; i < SIDE * SIDE; i++) {
     points[i][0] = (float)(i % SIDE) + 0.75f * noise(&seed);
     points[i][1] = (float)(i / SIDE) + 0.75f * noise(&seed);
@@ -180,9 +194,10 @@ TEST(bent_and_concave_quads_come_back) {
       uint32_t a = y * SIDE + x, q[4] = {a, a + 1, a + SIDE + 1, a + SIDE};
       concave += folds(points[0], q);
       add_quad(s, q, quad++, FAN_BUT_CONCAVE);
+      kept += !is_cut_back(s);
     }
-  assert_true(concave > 2);
-  assert_pairs(s, quad);
+  assert_true(concave > 2 && kept > 0);
+  assert_pairs(s, quad - kept);
   free(s);
 }
 
@@ -306,5 +321,33 @@ TEST(hard_edges_keep_triangles_apart) {
   assert_pairs(s, 8);
   s->normals[5][1] = 0.1f; /* the second half of the third quad */
   assert_pairs(s, 7);
+  free(s);
+}
+
+TEST(shading_keeps_triangles_apart) {
+  static float points[18][3], tangents[MOST][4], moved[MOST][3];
+  static const float *const targets[] = {moved[0]};
+  for (uint32_t i = 0; i < 18; i++) {
+    points[i][0] = (float)(i % 9);
+    points[i][1] = (float)(i / 9);
+  }
+  soup *s = new_soup(points[0], 18);
+  for (uint32_t x = 0; x < 8; x++) add_quad(s, (uint32_t[4]){x, x + 1, x + 10, x + 9}, x, FAN);
+  for (uint32_t f = 0; f < s->mesh.face_count; f++) {
+    s->normals[f][2] = tangents[f][0] = tangents[f][3] = 1;
+    for (uint32_t i = 0; i < 3; i++) s->normal_of[3 * f + i] = f;
+  }
+  s->mesh.normals = (tw_corner_normals){
+      .value_count = MOST, .values = s->normals[0], .tangents = tangents[0], .corners = s->normal_of};
+  s->mesh.morph_count = 1;
+  s->mesh.morphs = targets;
+  s->mesh.morph_normals = targets;
+  assert_pairs(s, 8);
+  moved[5][1] = 0.1f; /* the second half of the third quad */
+  assert_pairs(s, 7);
+  tangents[9][1] = 0.1f;
+  assert_pairs(s, 6);
+  tangents[13][3] = -1;
+  assert_pairs(s, 5);
   free(s);
 }

@@ -54,6 +54,9 @@ public:
     return are_there() && index_of(tw_json_member(text_, "computed_normals")) == 1;
   }
 
+  // Whether the cage was to have tangents, which need normals that the file lacks.
+  bool had_tangents() const { return are_there() && index_of(tw_json_member(text_, "tangents")) == 1; }
+
   // The polygons that are no fan from any corner, by their triangles: each of these is a face of its own in
   // the file.
   size_t polygon_count() const { return are_there() ? polygons_.size() : 0; }

@@ -59,7 +59,7 @@ public:
       drop_doubled_corners();
       write_vertices(document_, index_, opened_, {elements_, point_, first_vertex_, view_soup(), tags_},
                      skin_joints_, !tags_.has_computed_normals());
-      for (const FaceList &list : lists_) mesh_.has_tangents |= bears_normal_map(list.material);
+      find_tangents();
     } else {
       count_morphs();
     }
@@ -511,6 +511,14 @@ private:
 
   // Whether a material has a normal map. It needs tangents in the answer: a renderer that computes its own
   // may not compute those that the map was baked for.
+  void find_tangents() {
+    bool any = std::any_of(lists_.begin(), lists_.end(),
+                           [this](const FaceList &list) { return bears_normal_map(list.material); });
+    mesh_.has_tangents |= tags_.had_tangents();
+    mesh_.has_tangents_alone = mesh_.has_tangents && !any;
+    mesh_.has_tangents |= any;
+  }
+
   bool bears_normal_map(int32_t material) const { return normal_map_of(material) >= 0; }
 
   int normal_map_of(int32_t material) const {

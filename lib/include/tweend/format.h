@@ -202,8 +202,9 @@ typedef struct tw_scene {
  * its value, "creases": {"edges": [][2], "sharpness"}, "corners": {"vertices", "sharpness"}, "groups":
  * {"names": ["a b", ...], the sets that faces of the mesh are in, "faces": the set of each face, an index of
  * names, or 2^32 - 1}, "holes": [{"indices", "material"}], "details": [{"level", "offsets"}] as tw_detail,
- * "rules": {"boundary", "uv", "creasing", "triangles"}, "computed_normals": 1 where the mesh has none}. All
- * numbers but levels, materials and rules are indices of accessors. No primitive draws a hole. */
+ * "rules": {"boundary", "uv", "creasing", "triangles"}, "computed_normals": 1 where the mesh has none,
+ * "tangents": 1 where its surfaces have some that neither the file nor a normal map tells of}. All numbers
+ * but levels, materials, rules and these two are indices of accessors. No primitive draws a hole. */
 typedef struct tw_gltf_stream tw_gltf_stream;
 
 /* container: TW_FORMAT_GLB, or TW_FORMAT_GLTF (one JSON file, buffers as base64 data URIs).

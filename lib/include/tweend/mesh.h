@@ -143,6 +143,7 @@ typedef struct tw_mesh {
   const float *const *morph_normals;
   const float *morph_weights; /* [morph_count] defaults, or NULL */
   bool has_tangents;          /* the source had tangents or a normal map: the answer needs tangents */
+  bool has_tangents_alone;    /* and no normal map, which would tell so in a cage without tangents */
   const uint8_t *tangent_uvs; /* [face_count] UV set that tangents follow; NULL: the first */
 
   /* A JSON object without blanks: everything else that a glTF file gives for the mesh (extras, extensions,
