@@ -97,7 +97,7 @@ static bool find_junction(const tw_mesh *mesh, uint32_t face, uint32_t other, ju
 typedef struct shape {
   double flatness;  /* cosine of the angle between the halves' normals, 0 where a half has no area */
   double quality;   /* 0 for a quad that is not convex, not cut back or bent by more than 60 degrees, up to 1
-                       for a   rectangle */
+                       for a rectangle */
   bool is_cut_back; /* cut by its shape, the quad gives the same halves */
   bool is_split;    /* the shared edge is the longest of both halves, as a rectangle's diagonal is */
 } shape;

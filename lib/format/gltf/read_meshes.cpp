@@ -509,8 +509,7 @@ private:
 
   // ---- into the model --------------------------------------------------------------------------
 
-  // Whether a material has a normal map. It needs tangents in the answer: a renderer that computes its own
-  // may not compute those that the map was baked for.
+  // Adds the tangents that answers need for normal maps, and those that a cage was to have.
   void find_tangents() {
     bool any = std::any_of(lists_.begin(), lists_.end(),
                            [this](const FaceList &list) { return bears_normal_map(list.material); });
@@ -519,6 +518,8 @@ private:
     mesh_.has_tangents |= any;
   }
 
+  // Whether a material has a normal map. It needs tangents in the answer: a renderer that computes its own
+  // may not compute those that the map was baked for.
   bool bears_normal_map(int32_t material) const { return normal_map_of(material) >= 0; }
 
   int normal_map_of(int32_t material) const {
