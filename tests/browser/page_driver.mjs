@@ -19,7 +19,7 @@ export const ALL_PIXELS = { deviceScaleFactor: 1 };
 export const UNDRAWN = { isDrawn: false };
 export const DESKTOP = { viewport: { width: 1280, height: 800 } };
 export const TABLET = { viewport: { width: 900, height: 700 }, colorScheme: 'dark' };
-export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true, isMobile: true };
+export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 1, hasTouch: true, isMobile: true };
 
 // By hand, to find what relies on answers that come at once: every answer of the daemon comes after up to so many milliseconds.
 const DELAY_MS = Number(process.env.TESTED_DELAY ?? 0);
