@@ -15,9 +15,11 @@ mkdirSync(pictures, { recursive: true });
 // Software draws each pixel: a quarter of them is enough, but for tests that compare what is a pixel wide.
 const USUAL = { viewport: { width: 1120, height: 640 }, deviceScaleFactor: 0.5, reducedMotion: 'reduce' };
 export const ALL_PIXELS = { deviceScaleFactor: 1 };
+// For tests that look at no pixels of the model: all of the page runs, but for shaders, which take software half of a visit.
+export const UNDRAWN = { isDrawn: false };
 export const DESKTOP = { viewport: { width: 1280, height: 800 } };
 export const TABLET = { viewport: { width: 900, height: 700 }, colorScheme: 'dark' };
-export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true, isMobile: true };
+export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 1, hasTouch: true, isMobile: true };
 
 // By hand, to find what relies on answers that come at once: every answer of the daemon comes after up to so many milliseconds.
 const DELAY_MS = Number(process.env.TESTED_DELAY ?? 0);
@@ -49,6 +51,23 @@ function answerLevel2() {
   };
 }
 
+/** Within the page, as text: whatever shaders it gives to WebGL, they draw nothing, and take no time. */
+const DRAW_NOTHING = `(${() => {
+  const { shaderSource } = WebGL2RenderingContext.prototype;
+  WebGL2RenderingContext.prototype.shaderSource = function (shader) {
+    const isOfPoints = this.getShaderParameter(shader, this.SHADER_TYPE) === this.VERTEX_SHADER;
+    shaderSource.call(this, shader, `#version 300 es\nvoid main() { ${isOfPoints ? 'gl_Position = vec4(0);' : ''} }`);
+  };
+}})()`;
+
+/** Lets a page draw nothing from its next document on, until the session that is returned is detached. */
+async function drawNothing(page) {
+  const session = await page.context().newCDPSession(page);
+  await session.send('Page.enable');
+  await session.send('Page.addScriptToEvaluateOnNewDocument', { source: DRAW_NOTHING });
+  return session;
+}
+
 /** A page in a context of its own. */
 async function openPage(browser, { choosesLevel = false, ...options }) {
   const context = await browser.newContext({ ...USUAL, ...options });
@@ -77,10 +96,12 @@ async function clear(page, url, { viewport = USUAL.viewport }) {
 export class Visit {
   /** refused: statuses that the visit provokes, which Chromium logs as errors. choosesLevel: whether models open with
    *  the level that the daemon chooses. Else they do so with level 2, whose counts and pictures are easy to tell, and
-   *  which is drawn sooner. page: one that openPage made with the same options. */
-  static async begin(browser, url, { hash = '', refused = [], page, ...options } = {}) {
+   *  which is drawn sooner. isDrawn: whether there are pixels of the model; see UNDRAWN. page: one that openPage made with
+   *  the same options. */
+  static async begin(browser, url, { hash = '', refused = [], isDrawn = true, page, ...options } = {}) {
     const visit = new Visit();
     visit.page = page ?? (await openPage(browser, options));
+    if (!isDrawn) visit.undrawn = await drawNothing(visit.page);
     visit.faults = [];
     visit.origin = new URL(url).origin;
     visit.page.on('pageerror', (error) => visit.faults.push(String(error.stack)));
@@ -206,6 +227,7 @@ export class Visit {
 
   /** The colours of the viewport: [r, g, b, a, …]. What lies over it is hidden meanwhile. */
   async pixels() {
+    assert.ok(!this.undrawn, 'a visit that is UNDRAWN has no pixels to look at');
     await this.page.evaluate(() => {
       for (const over of document.querySelectorAll('#stage > :not(canvas)')) over.style.visibility = 'hidden';
     });
@@ -272,14 +294,14 @@ export function open({ first = '', files = {} } = {}) {
 
   /** A test that visits the page; options as for Visit.begin, and `first` where it differs from the file's. isAlone: the
    *  visit changes what cannot be made as it was, so no other one gets its page. */
-  site.visits = (name, { first: own = first, hash = '', refused, isAlone = false, ...options }, use) =>
+  site.visits = (name, { first: own = first, hash = '', refused, isDrawn, isAlone = false, ...options }, use) =>
     test(name, async () => {
       const url = `${site.daemon.url}/`;
       const kind = JSON.stringify(options);
       const wanted = own ? `${hash || '#'}&model=${await site.model(own)}` : hash;
       const page = isAlone ? undefined : pages.get(kind);
       pages.delete(kind);
-      const visit = await Visit.begin(site.browser, url, { ...options, refused, page, hash: wanted });
+      const visit = await Visit.begin(site.browser, url, { ...options, refused, isDrawn, page, hash: wanted });
       try {
         await use(visit);
       } catch (error) {
@@ -287,6 +309,7 @@ export function open({ first = '', files = {} } = {}) {
         throw error;
       }
       if (isAlone) return visit.end();
+      await visit.undrawn?.detach();
       await clear(visit.page, url, options);
       assert.deepEqual(visit.faults, []);
       pages.set(kind, visit.page);

@@ -4,7 +4,7 @@ import { execFile } from 'node:child_process';
 import { promisify } from 'node:util';
 
 import { Modeller } from './modeller.mjs';
-import { covered, difference, open, PHONE, PYRAMID, Visit } from './page_driver.mjs';
+import { covered, difference, open, PHONE, PYRAMID, UNDRAWN, Visit } from './page_driver.mjs';
 
 const site = open({ first: 'cube.obj' });
 const { daemon, visits } = site;
@@ -83,13 +83,13 @@ visits('a tank hull is made by clicks from one box', { hash }, async (visit) => 
   }
   assert.ok(await page.getByRole('button', { name: 'Redo' }).isDisabled());
   assert.equal(await visit.address(), here);
-  const other = await Visit.begin(site.browser, here);
+  const other = await Visit.begin(site.browser, here, UNDRAWN);
   await other.wait(() => document.querySelector('[aria-label=Edits]')?.value.includes('crease'));
   assert.equal((await new Modeller(other).edits).length, 5);
   await other.end();
 });
 
-visits('steps are undone and done again after the page was loaded anew, on any tab', { hash }, async (visit) => {
+visits('steps are undone and done again after the page was loaded anew, on any tab', { ...UNDRAWN, hash }, async (visit) => {
   await visit.level(2);
   const modeller = new Modeller(visit);
   const { page } = modeller;
@@ -134,7 +134,7 @@ visits('the picture is not empty between two steps', { hash }, async (visit) => 
   await visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
 });
 
-visits('the list of edits is changed as text, and taken back', { hash, refused: [422] }, async (visit) => {
+visits('the list of edits is changed as text, and taken back', { ...UNDRAWN, hash, refused: [422] }, async (visit) => {
   await visit.level(2);
   const modeller = new Modeller(visit);
   const { page } = modeller;
@@ -156,7 +156,7 @@ visits('the list of edits is changed as text, and taken back', { hash, refused: 
   assert.equal(await modeller.id, plain);
 });
 
-visits('edits are made by keyboard alone', { hash }, async (visit) => {
+visits('edits are made by keyboard alone', { ...UNDRAWN, hash }, async (visit) => {
   await visit.level(2);
   const modeller = new Modeller(visit);
   const { page } = modeller;
@@ -193,7 +193,7 @@ visits('each shape is one to start from', { hash }, async (visit) => {
   }
 });
 
-visits('a file that somebody else made is edited', { hash }, async (visit) => {
+visits('a file that somebody else made is edited', { ...UNDRAWN, hash }, async (visit) => {
   await visit.level(2);
   const modeller = new Modeller(visit);
   await modeller.drop('pyramid.obj', PYRAMID);
@@ -207,7 +207,7 @@ visits('a file that somebody else made is edited', { hash }, async (visit) => {
   const line = await modeller.page.locator('#panel-edit pre').innerText();
   const { stdout } = await promisify(execFile)('bash', ['-c', line.replace(/^curl /, 'curl -s ')]);
   assert.equal(JSON.parse(stdout).id, made);
-  const other = await Visit.begin(site.browser, await modeller.visit.address());
+  const other = await Visit.begin(site.browser, await modeller.visit.address(), UNDRAWN);
   await other.wait(() => document.querySelector('[aria-label=Edits]')?.value.includes('inset'));
   await other.end();
   await modeller.press('Undo');
@@ -217,7 +217,7 @@ visits('a file that somebody else made is edited', { hash }, async (visit) => {
   assert.doesNotMatch(await modeller.visit.address(), /from=|edits=/);
 });
 
-visits('taps select one more each', { hash, ...PHONE }, async (visit) => {
+visits('taps select one more each', { ...UNDRAWN, hash, ...PHONE }, async (visit) => {
   await visit.level(2);
   const modeller = new Modeller(visit);
   await modeller.box('2, 2, 2');
@@ -226,7 +226,7 @@ visits('taps select one more each', { hash, ...PHONE }, async (visit) => {
   assert.deepEqual(await modeller.selection, [2]);
 });
 
-visits('faces have the numbers of the file, whatever their materials and holes', { hash }, async (visit) => {
+visits('faces have the numbers of the file, whatever their materials and holes', { ...UNDRAWN, hash }, async (visit) => {
   await visit.level(2);
   const modeller = new Modeller(visit);
   const strip = [-2, -1, 0, 1, 2].map((x) => `v ${x} 0 1\nv ${x} 0 -1\n`).join('');
@@ -244,7 +244,7 @@ visits('faces have the numbers of the file, whatever their materials and holes',
   assert.deepEqual(await modeller.selection, [1]);
 });
 
-visits('one mesh of several is edited', { hash: `${hash}&show=surface,cage` }, async (visit) => {
+visits('one mesh of several is edited', { ...UNDRAWN, hash: `${hash}&show=surface,cage` }, async (visit) => {
   await visit.level(2);
   const modeller = new Modeller(visit);
   const cube = (name) => ({ name, shape: { kind: 'box' } });

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 
 import { biped } from '../node/biped.mjs';
 import { mocap } from '../node/mocap.mjs';
-import { ALL_PIXELS, covered, difference, drop, open, PYRAMID, Visit } from './page_driver.mjs';
+import { ALL_PIXELS, covered, difference, drop, open, PYRAMID, UNDRAWN, Visit } from './page_driver.mjs';
 
 const site = open({ first: 'cube.obj' });
 const { daemon, visits } = site;
@@ -51,7 +51,7 @@ visits('lamps of a file do not burn out the picture', {}, async (visit) => {
   assert.ok(apart < 0.001, `${apart} of the picture is another`);
 });
 
-visits('triangles that were quads are joined, and stay so where the model is edited and sculpted', {}, async (visit) => {
+visits('triangles that were quads are joined, and stay so where the model is edited and sculpted', UNDRAWN, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   await drop(visit, { 'split.gltf': split({ extras: {} }) }); // other bytes than dark.gltf
@@ -108,7 +108,7 @@ visits('an OBJ comes without its materials, which is said', {}, async (visit) =>
   assert.ok(apart < 0.001, `${apart} of the picture is another`);
 });
 
-visits('of many files the first is opened, the others are listed, which is said', { isAlone: true }, async (visit) => {
+visits('of many files the first is opened, the others are listed, which is said', { ...UNDRAWN, isAlone: true }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   const opened = new Set();
@@ -124,7 +124,7 @@ visits('of many files the first is opened, the others are listed, which is said'
   await shows(visit, 'cube.obj');
 });
 
-visits('a character and its clips that are dropped together open as one that plays', {}, async (visit) => {
+visits('a character and its clips that are dropped together open as one that plays', UNDRAWN, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   await page.route('**/v1/models/*', (route) => setTimeout(() => route.fallback(), 300)); // it is not open yet when the clip is stored
@@ -135,7 +135,7 @@ visits('a character and its clips that are dropped together open as one that pla
   assert.equal(await visit.text('#subject'), 'figure.gltf');
 });
 
-visits('what the daemon has to say of a model stands above the list', {}, async (visit) => {
+visits('what the daemon has to say of a model stands above the list', UNDRAWN, async (visit) => {
   await visit.level(2);
   await drop(visit, { 'lines.obj': `${PYRAMID}l 1 2\n` });
   await shows(visit, 'lines.obj');
@@ -155,7 +155,7 @@ visits('what the daemon has to say of a model stands above the list', {}, async 
   assert.equal(await line.isVisible(), true);
 });
 
-visits('models are deleted, and the browser goes back to the one before', {}, async (visit) => {
+visits('models are deleted, and the browser goes back to the one before', UNDRAWN, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   await drop(visit, { 'spare.obj': PYRAMID });
@@ -179,7 +179,7 @@ visits('models are deleted, and the browser goes back to the one before', {}, as
   assert.equal(await remove.count(), 0);
 });
 
-visits('tabs of one browser list the same, by the same names', {}, async (visit) => {
+visits('tabs of one browser list the same, by the same names', UNDRAWN, async (visit) => {
   await visit.level(2);
   const sent = await fetch(`${daemon.url}/v1/models?name=unopened.obj`, { method: 'POST', headers: { 'Content-Type': 'model/obj' }, body: `# unopened\n${PYRAMID}` });
   assert.equal(sent.status, 201);
@@ -206,7 +206,7 @@ visits('tabs of one browser list the same, by the same names', {}, async (visit)
   await entry(other, 'unopened.obj').waitFor({ state: 'detached' }); // no tab has opened or named it
 });
 
-visits('all versions of a deleted model go when the page is left', { isAlone: true }, async (visit) => {
+visits('all versions of a deleted model go when the page is left', { ...UNDRAWN, isAlone: true }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   await drop(visit, { 'left.obj': `# left\n${PYRAMID}` });
@@ -228,7 +228,7 @@ visits('all versions of a deleted model go when the page is left', { isAlone: tr
   assert.equal(await stored(), 0);
 });
 
-visits('a batch of files is called off at once; the tab that was turned to stays', {}, async (visit) => {
+visits('a batch of files is called off at once; the tab that was turned to stays', UNDRAWN, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   let left = 2;
@@ -244,7 +244,7 @@ visits('a batch of files is called off at once; the tab that was turned to stays
   assert.equal(await page.locator('.upload').count(), 0);
 });
 
-visits('points without faces are told once, and no longer beside the next model', { refused: [422] }, async (visit) => {
+visits('points without faces are told once, and no longer beside the next model', { ...UNDRAWN, refused: [422] }, async (visit) => {
   await visit.level(2);
   const { page } = visit;
   await drop(visit, { 'points.obj': 'v 0 0 0\nv 1 1 1\n' });
@@ -257,7 +257,7 @@ visits('points without faces are told once, and no longer beside the next model'
   assert.equal(await page.locator('.notice').count(), 0);
 });
 
-visits('what is shown is downloaded by one click', { hash: '#tab=edit&level=1&encoding=quantized' }, async (visit) => {
+visits('what is shown is downloaded by one click', { ...UNDRAWN, hash: '#tab=edit&level=1&encoding=quantized' }, async (visit) => {
   await visit.level(1);
   const saved = visit.page.waitForEvent('download');
   await visit.page.getByRole('link', { name: 'Download' }).click();
@@ -267,7 +267,7 @@ visits('what is shown is downloaded by one click', { hash: '#tab=edit&level=1&en
   assert.match(download.url(), /encoding=quantized/);
 });
 
-visits('a daemon that went away is told of, and what failed is tried again', { hash: '#tab=surface' }, async (visit) => {
+visits('a daemon that went away is told of, and what failed is tried again', { ...UNDRAWN, hash: '#tab=surface' }, async (visit) => {
   await visit.level(2);
   await visit.page.getByRole('button', { name: 'Show level 1', exact: true }).waitFor();
   await visit.page.route('**/v1/**', (route) => route.abort('connectionrefused')); // as long as it is away

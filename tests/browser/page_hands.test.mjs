@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 
 import { Modeller } from './modeller.mjs';
-import { difference, open, PHONE } from './page_driver.mjs';
+import { difference, open, PHONE, UNDRAWN } from './page_driver.mjs';
 import { BY_KEYBOARD, buildShip } from './ship.mjs';
 
 const site = open({ first: 'cube.obj' });
@@ -116,7 +116,7 @@ visits('handles move a selection, and what is under the pointer is seen', { hash
   assert.equal(await hand.said, '1 face');
 });
 
-visits('loops, rings, growth, all and none, and a box', { hash }, async (visit) => {
+visits('loops, rings, growth, all and none, and a box', { ...UNDRAWN, hash }, async (visit) => {
   await visit.level(2);
   const hand = new Hand(visit);
   const { page } = hand;

@@ -11,7 +11,7 @@ import { biped } from '../node/biped.mjs';
 import { Daemon, root } from '../node/daemon.mjs';
 import { mocap } from '../node/mocap.mjs';
 import { slowWayTo, writeLarge } from './large_file.mjs';
-import { covered, difference, drop, open, PHONE, PYRAMID, Visit } from './page_driver.mjs';
+import { covered, difference, drop, open, PHONE, PYRAMID, UNDRAWN, Visit } from './page_driver.mjs';
 
 const site = open();
 const { daemon, visits } = site;
@@ -38,7 +38,7 @@ visits('a dropped OBJ is shown, and its level moves', {}, async (visit) => {
   await visit.wait(() => location.hash.includes('bilinear') && !document.querySelector('.busy:not([hidden])'));
 });
 
-visits('files are chosen, a glTF with what it names', {}, async (visit) => {
+visits('files are chosen, a glTF with what it names', UNDRAWN, async (visit) => {
   await visit.level(2);
   const bin = Buffer.from(new Float32Array([0, 0, 0, 1, 0, 0, 0, 1, 0]).buffer);
   const gltf = {
@@ -54,7 +54,7 @@ visits('files are chosen, a glTF with what it names', {}, async (visit) => {
   await visit.wait(() => document.getElementById('facts').textContent.startsWith('Level 2'));
 });
 
-visits('a kit is dropped as a folder: each model comes with the textures that it names', {}, async (visit) => {
+visits('a kit is dropped as a folder: each model comes with the textures that it names', UNDRAWN, async (visit) => {
   await visit.level(2);
   const folder = join(daemon.folder, 'kit');
   const cases = join(root, 'tests/node/cases');
@@ -81,7 +81,7 @@ visits('a kit is dropped as a folder: each model comes with the textures that it
   assert.equal(decoded.length, 1, 'the texture is decoded for the surface, not for the cage too');
 });
 
-visits('a daemon that is busy is told of, and a file that it puts off is sent again by a click', { refused: [503] }, async (visit) => {
+visits('a daemon that is busy is told of, and a file that it puts off is sent again by a click', { ...UNDRAWN, refused: [503] }, async (visit) => {
   await visit.level(2);
   const { page } = visit;
   let left = 1;
@@ -132,7 +132,7 @@ test('a file of 200 MB tells how far it is, and leaves nothing when it is cancel
   }
 });
 
-visits('a refused file is explained at its place', { refused: [422] }, async (visit) => {
+visits('a refused file is explained at its place', { ...UNDRAWN, refused: [422] }, async (visit) => {
   await visit.level(2);
   await drop(visit, { 'bad.obj': 'v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n' });
   const problem = visit.page.locator('.problem');
@@ -152,7 +152,7 @@ visits('a refused file is explained at its place', { refused: [422] }, async (vi
   await visit.picture('notice');
 });
 
-visits('a long download is announced and can be declined', { hash: '#tab=surface' }, async (visit) => {
+visits('a long download is announced and can be declined', { ...UNDRAWN, hash: '#tab=surface' }, async (visit) => {
   await visit.level(2);
   await visit.page.getByRole('button', { name: 'Show level 7' }).click();
   const dialog = visit.page.getByRole('dialog');
@@ -166,7 +166,7 @@ visits('a long download is announced and can be declined', { hash: '#tab=surface
   assert.equal(await visit.page.getByRole('slider', { name: 'Level' }).inputValue(), '2');
 });
 
-visits('what is surely small is loaded while its counts are asked for', { hash: '#tab=surface' }, async (visit) => {
+visits('what is surely small is loaded while its counts are asked for', { ...UNDRAWN, hash: '#tab=surface' }, async (visit) => {
   await visit.level(2);
   await visit.page.getByRole('button', { name: 'Show level 1', exact: true }).waitFor(); // the table has asked for its counts by then
   const release = await visit.hold('**/surface.json?level=1');
@@ -178,7 +178,7 @@ visits('what is surely small is loaded while its counts are asked for', { hash: 
   await visit.level(1);
 });
 
-visits('work can be cancelled', { hash: '#tab=surface' }, async (visit) => {
+visits('work can be cancelled', { ...UNDRAWN, hash: '#tab=surface' }, async (visit) => {
   await visit.level(2);
   const release = await visit.hold('**/surface.glb?level=5', (route) => route.abort());
   await visit.page.getByRole('button', { name: 'Show level 5' }).click();
@@ -191,7 +191,7 @@ visits('work can be cancelled', { hash: '#tab=surface' }, async (visit) => {
   assert.equal(await visit.page.getByRole('slider', { name: 'Level' }).inputValue(), '2');
 });
 
-visits('of two that work at once, the older is shown again when the newer ends', { hash: '#tab=surface', refused: [404] }, async (visit) => {
+visits('of two that work at once, the older is shown again when the newer ends', { ...UNDRAWN, hash: '#tab=surface', refused: [404] }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   const id = await visit.model();
@@ -225,7 +225,7 @@ async function codeIn({ page }, language, title) {
   return page.getByLabel(title, { exact: true }).innerText();
 }
 
-visits('scripts give the bytes that are shown', { hash: '#tab=scripts&level=1&limit=true' }, async (visit) => {
+visits('scripts give the bytes that are shown', { ...UNDRAWN, hash: '#tab=scripts&level=1&limit=true' }, async (visit) => {
   await visit.level(1);
   const curl = await codeIn(visit, 'curl', 'This surface');
   const script = await codeIn(visit, 'JavaScript', 'This surface');
@@ -260,7 +260,7 @@ visits('scripts give the bytes that are shown', { hash: '#tab=scripts&level=1&li
   assert.match(await codeIn(visit, 'Python', 'This pose'), /at=1\.5/);
 });
 
-visits('the scripts of every request run, on a page and by Node.js and Python, and are short', { hash: '#tab=scripts&level=1&t=1.5' }, async (visit) => {
+visits('the scripts of every request run, on a page and by Node.js and Python, and are short', { ...UNDRAWN, hash: '#tab=scripts&level=1&t=1.5' }, async (visit) => {
   await visit.level(1);
   await visit.page.locator('pre', { hasText: 'at=1.5' }).waitFor(); // the clip's come with it
   const codes = async (language) => {
@@ -297,7 +297,7 @@ async function downloaded(page, link, tries = 3) {
   return (await saved) ?? (assert.ok(tries > 1, 'nothing is downloaded'), downloaded(page, link, tries - 1));
 }
 
-visits('each form and encoding can be downloaded', { hash: '#tab=scripts&level=1' }, async (visit) => {
+visits('each form and encoding can be downloaded', { ...UNDRAWN, hash: '#tab=scripts&level=1' }, async (visit) => {
   await visit.level(1);
   const links = visit.page.locator('.downloads a');
   const named = ['glb float', 'glb quantized', 'glb meshopt', 'glb ngon', 'gltf float', 'obj', 'source', 'pose json', 'pose ndjson', 'pose bin', 'pose csv'];
@@ -320,7 +320,7 @@ test('with a key, a signed URL is what is downloaded', async () => {
   const locked = new Daemon(['--sample', '--api-keys', 's3cret', '--url-keys', 'another']);
   await locked.start();
   try {
-    const visit = await Visit.begin(site.browser, `${locked.url}/`, { hash: '#level=1&tab=scripts', refused: [401] });
+    const visit = await Visit.begin(site.browser, `${locked.url}/`, { ...UNDRAWN, hash: '#level=1&tab=scripts', refused: [401] });
     await visit.page.getByRole('dialog').getByLabel('Key').fill('s3cret');
     await visit.page.keyboard.press('Enter');
     await visit.level(1);
@@ -339,7 +339,7 @@ test('a key is asked for and kept for the tab', async () => {
   const locked = new Daemon(['--sample', '--api-keys', 's3cret']);
   await locked.start();
   try {
-    const visit = await Visit.begin(site.browser, `${locked.url}/`, { refused: [401, 403, 404] }); // it signs nothing
+    const visit = await Visit.begin(site.browser, `${locked.url}/`, { ...UNDRAWN, refused: [401, 403, 404] }); // it signs nothing
     const dialog = visit.page.getByRole('dialog');
     await dialog.waitFor();
     await visit.picture('key');
@@ -363,7 +363,7 @@ test('a key is asked for and kept for the tab', async () => {
     await visit.page.getByRole('button', { name: 'Live', exact: true }).click();
     await visit.wait(() => parseFloat(document.querySelector('.clock').textContent) > 0.2);
     await visit.end();
-    const other = await Visit.begin(site.browser, `${locked.url}/`, { refused: [401] });
+    const other = await Visit.begin(site.browser, `${locked.url}/`, { ...UNDRAWN, refused: [401] });
     await other.page.getByRole('dialog').waitFor();
     await other.end();
   } finally {
@@ -376,7 +376,7 @@ test('on a phone a key is given, a character and its motion are chosen, and a sc
   await locked.start();
   const folder = mkdtempSync(join(tmpdir(), 'tweend-phone-'));
   try {
-    const visit = await Visit.begin(site.browser, `${locked.url}/`, { ...PHONE, hash: '#show=surface', refused: [401, 404] });
+    const visit = await Visit.begin(site.browser, `${locked.url}/`, { ...UNDRAWN, ...PHONE, hash: '#show=surface', refused: [401, 404] });
     const { page } = visit;
     await page.getByRole('dialog').getByLabel('Key').tap();
     await page.keyboard.type('s3cret');
@@ -420,7 +420,7 @@ test('it works behind a prefix', async () => {
   });
   await new Promise((resolve) => proxy.listen(0, '127.0.0.1', resolve));
   try {
-    const visit = await Visit.begin(site.browser, `http://127.0.0.1:${proxy.address().port}/3d/tweend/`);
+    const visit = await Visit.begin(site.browser, `http://127.0.0.1:${proxy.address().port}/3d/tweend/`, UNDRAWN);
     await visit.level(2);
     await drop(visit, { 'pyramid.obj': PYRAMID });
     await visit.wait(() => document.getElementById('facts').textContent.includes(' 64 faces'));
@@ -435,7 +435,7 @@ test('an empty daemon says what to do', async () => {
   const empty = new Daemon();
   await empty.start();
   try {
-    const visit = await Visit.begin(site.browser, `${empty.url}/`);
+    const visit = await Visit.begin(site.browser, `${empty.url}/`, UNDRAWN);
     await visit.page.getByText('No model yet').waitFor();
     await visit.picture('empty');
     await visit.end();

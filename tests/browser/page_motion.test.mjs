@@ -3,12 +3,12 @@ import assert from 'node:assert/strict';
 
 import { biped } from '../node/biped.mjs';
 import { mocap } from '../node/mocap.mjs';
-import { covered, difference, drop, open, Visit } from './page_driver.mjs';
+import { covered, difference, drop, open, UNDRAWN, Visit } from './page_driver.mjs';
 
 const site = open();
 const { daemon, visits } = site;
 
-visits('the keys of all tracks stand on the timeline, those of the chosen node before them', { first: 'cube.obj' }, async (visit) => {
+visits('the keys of all tracks stand on the timeline, those of the chosen node before them', { ...UNDRAWN, first: 'cube.obj' }, async (visit) => {
   await visit.level(2);
   const track = (node, path, times, values) => ({ node, path, times, values });
   const clips = [{ name: 'keys', tracks: [
@@ -58,7 +58,7 @@ visits('the clip is scrubbed and played, and goes on live', { hash: `#show=surfa
   await visit.wait(() => location.hash.includes('clip=aim'));
 });
 
-visits('what is done with a clip before its poses are there is not lost', { hash: '#show=surface' }, async (visit) => {
+visits('what is done with a clip before its poses are there is not lost', { ...UNDRAWN, hash: '#show=surface' }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   /** Chooses a clip, whose poses do not come before a function that this resolves with is called. */
@@ -194,7 +194,7 @@ visits('borrowed and blended clips move morph targets, which rest in other clips
   assert.ok(difference(wide, await visit.pixels()) < 0.001, 'as far');
 });
 
-visits('a clip that stops at its end stays there', { hash: '#loop=clamp&speed=3&t=3.5' }, async (visit) => {
+visits('a clip that stops at its end stays there', { ...UNDRAWN, hash: '#loop=clamp&speed=3&t=3.5' }, async (visit) => {
   await visit.level(2);
   assert.equal(await visit.page.getByLabel('Speed').evaluate((select) => select.selectedOptions[0].text), '3 ×');
   await visit.page.getByRole('button', { name: 'Play' }).click();
@@ -302,7 +302,7 @@ visits('a VRMA that is dropped beside a VRM plays on it', { first: 'cube.obj', h
   assert.ok(difference(still, await visit.pixels()) > 0.005, 'it moves');
 });
 
-visits('feet on the ground and the seam stand on the timeline; of two clips with one name both play', { first: 'cube.obj' }, async (visit) => {
+visits('feet on the ground and the seam stand on the timeline; of two clips with one name both play', { ...UNDRAWN, first: 'cube.obj' }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   // Each foot stands for half of a second, then swings; the hips go 1 m/s and end turned by 30 degrees.

@@ -5,7 +5,7 @@ import { test } from 'node:test';
 
 import { Daemon } from '../node/daemon.mjs';
 import { Modeller } from './modeller.mjs';
-import { ALL_PIXELS, covered, difference, drop, open, PYRAMID, Visit } from './page_driver.mjs';
+import { ALL_PIXELS, covered, difference, drop, open, PYRAMID, UNDRAWN, Visit } from './page_driver.mjs';
 
 const site = open();
 const { daemon, visits } = site;
@@ -55,7 +55,7 @@ visits('an address with a time, a view and Follow shows the same picture each ti
   await other.end();
 });
 
-visits('a model opens with the least level whose error is not seen, which the slider and the address tell', { hash: '#tab=surface', choosesLevel: true }, async (visit) => {
+visits('a model opens with the least level whose error is not seen, which the slider and the address tell', { ...UNDRAWN, hash: '#tab=surface', choosesLevel: true }, async (visit) => {
   const { page } = visit;
   const slider = page.getByRole('slider', { name: 'Level' });
   const opens = async (name, level) => {
@@ -80,7 +80,7 @@ visits('a model opens with the least level whose error is not seen, which the sl
   await page.evaluate(() => (location.hash = location.hash.replace('&level=1', ''))); // an address that names no level
   await opens('pyramid.obj', 4);
   // Others who are sent the address ask nothing else than what it names.
-  const other = await Visit.begin(site.browser, `${daemon.url}/version`, { choosesLevel: true });
+  const other = await Visit.begin(site.browser, `${daemon.url}/version`, { ...UNDRAWN, choosesLevel: true });
   const asked = [];
   other.page.on('request', (request) => asked.push(request.url()));
   await other.page.goto(address);
@@ -166,7 +166,7 @@ test('a level that is refused opens as the highest that is allowed, with a word'
   }
 });
 
-visits('what an address says that means nothing is left out, with a word', { first: 'tank.json', hash: '#level=abc&tab=nonsense&scheme=foo&theme=purple&t=x&mesh=-1&weight=7&order=QQQ' }, async (visit) => {
+visits('what an address says that means nothing is left out, with a word', { ...UNDRAWN, first: 'tank.json', hash: '#level=abc&tab=nonsense&scheme=foo&theme=purple&t=x&mesh=-1&weight=7&order=QQQ' }, async (visit) => {
   const { page } = visit;
   const notice = page.locator('.notice', { hasText: 'Left out of the address' });
   const says = async (...all) => {
@@ -211,7 +211,7 @@ visits('a first level that is cancelled leaves the control mesh; a model that is
   assert.ok(covered(await visit.pixels()) > 0.02);
 });
 
-visits('a file whose opening was cancelled opens when it is given again', {}, async (visit) => {
+visits('a file whose opening was cancelled opens when it is given again', UNDRAWN, async (visit) => {
   await visit.level(2);
   const { page } = visit;
   const isOne = /\/v1\/models\/\w+$/;
@@ -226,7 +226,7 @@ visits('a file whose opening was cancelled opens when it is given again', {}, as
   assert.ok(await blank(visit).isHidden());
 });
 
-visits('from the first on the picture has the size that it keeps beside the player’s bar', { isAlone: true }, async (visit) => {
+visits('from the first on the picture has the size that it keeps beside the player’s bar', { ...UNDRAWN, isAlone: true }, async (visit) => {
   const { page } = visit;
   await page.addInitScript(() => {
     const { set, ...others } = Object.getOwnPropertyDescriptor(HTMLCanvasElement.prototype, 'height');
@@ -245,7 +245,7 @@ visits('from the first on the picture has the size that it keeps beside the play
   }
 });
 
-visits('nothing of the former model stays beside one that cannot be opened', { first: 'tank.json', refused: [404] }, async (visit) => {
+visits('nothing of the former model stays beside one that cannot be opened', { ...UNDRAWN, first: 'tank.json', refused: [404] }, async (visit) => {
   await visit.level(2);
   const { page } = visit;
   const panel = (name) => page.locator(`#panel-${name}`);
@@ -269,7 +269,7 @@ visits('nothing of the former model stays beside one that cannot be opened', { f
   assert.ok(await page.locator('#timeline').isVisible());
 });
 
-visits('numbers are taken as the browser’s language writes them, by Enter, and what is none is said', { first: 'cube.obj', hash: '#tab=edit', locale: 'de-DE' }, async (visit) => {
+visits('numbers are taken as the browser’s language writes them, by Enter, and what is none is said', { ...UNDRAWN, first: 'cube.obj', hash: '#tab=edit', locale: 'de-DE' }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   const sizeOf = async () => {
@@ -339,7 +339,7 @@ test('without WebGL all but the picture works', async () => {
   await visit.end();
 });
 
-visits('in a browser that keeps nothing all works', { first: 'cube.obj', isAlone: true }, async (visit) => {
+visits('in a browser that keeps nothing all works', { ...UNDRAWN, first: 'cube.obj', isAlone: true }, async (visit) => {
   const { page } = visit;
   await page.addInitScript(() => {
     for (const name of ['localStorage', 'sessionStorage']) Object.defineProperty(window, name, { get: () => { throw new DOMException('denied', 'SecurityError'); } });
@@ -351,7 +351,7 @@ visits('in a browser that keeps nothing all works', { first: 'cube.obj', isAlone
   await visit.wait(() => document.getElementById('subject').textContent === 'pyramid.obj');
 });
 
-visits('a page magnified to 400 %, and a phone held sideways, have a panel that can be read, and all tools', { first: 'cube.obj' }, async (visit) => {
+visits('a page magnified to 400 %, and a phone held sideways, have a panel that can be read, and all tools', { ...UNDRAWN, first: 'cube.obj' }, async (visit) => {
   await visit.level(2);
   const slider = visit.page.getByRole('slider', { name: 'Level' }).first();
   for (const viewport of [{ width: 320, height: 200 }, { width: 844, height: 390 }]) {
@@ -377,7 +377,7 @@ visits('a page magnified to 400 %, and a phone held sideways, have a panel that 
   }
 });
 
-visits('the panel keeps its width, and what is liked, over visits; in a small window the picture keeps its part', { first: 'cube.obj', hash: '#tab=surface' }, async (visit) => {
+visits('the panel keeps its width, and what is liked, over visits; in a small window the picture keeps its part', { ...UNDRAWN, first: 'cube.obj', hash: '#tab=surface' }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   const width = () => page.locator('aside').evaluate(({ clientWidth }) => clientWidth);
@@ -400,7 +400,7 @@ visits('the panel keeps its width, and what is liked, over visits; in a small wi
   assert.ok((await page.locator('#stage').boundingBox()).width >= 300);
 });
 
-visits('nothing moves by itself for those who want less motion', { first: 'cube.obj', hash: '#turntable=true' }, async (visit) => {
+visits('nothing moves by itself for those who want less motion', { ...UNDRAWN, first: 'cube.obj', hash: '#turntable=true' }, async (visit) => {
   await visit.level(2);
   const animated = await visit.page.evaluate(() => {
     document.getElementById('busy').hidden = false;
@@ -431,7 +431,7 @@ visits('a clip that cannot be opened leaves the picture to what is done next', {
   visit.faults = visit.faults.filter((fault) => !fault.includes('provoked'));
 });
 
-visits('forced colours show which chips are pressed', { first: 'cube.obj', forcedColors: 'active' }, async (visit) => {
+visits('forced colours show which chips are pressed', { ...UNDRAWN, first: 'cube.obj', forcedColors: 'active' }, async (visit) => {
   await visit.level(2);
   const colourOf = (name) => visit.page.locator(`#shown [data-name=${name}]`).evaluate((chip) => getComputedStyle(chip).backgroundColor);
   assert.equal(await visit.page.locator('#shown [data-name=surface]').getAttribute('aria-pressed'), 'true');
@@ -443,7 +443,7 @@ visits('forced colours show which chips are pressed', { first: 'cube.obj', force
 test('a live stream that is down says so, and that it is back', async () => {
   const own = new Daemon(['--sample']);
   await own.start();
-  const visit = await Visit.begin(site.browser, `${own.url}/`);
+  const visit = await Visit.begin(site.browser, `${own.url}/`, UNDRAWN);
   try {
     await visit.level(2);
     const live = visit.page.locator('#timeline .chip');
@@ -460,7 +460,7 @@ test('a live stream that is down says so, and that it is back', async () => {
   }
 });
 
-visits('edits, undo and deletes keep the focus and what is scrolled to', { hash: '#tab=edit' }, async (visit) => {
+visits('edits, undo and deletes keep the focus and what is scrolled to', { ...UNDRAWN, hash: '#tab=edit' }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   const opens = async (action) => {

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 
 import { Modeller } from './modeller.mjs';
-import { ALL_PIXELS, covered, difference, open, PHONE, Visit } from './page_driver.mjs';
+import { ALL_PIXELS, covered, difference, open, PHONE, UNDRAWN, Visit } from './page_driver.mjs';
 import { scan } from './scan.mjs';
 
 const site = open({ first: 'cube.obj' });
@@ -85,7 +85,7 @@ visits('a scan is made clean by one click, and seen beside itself', { ...ALL_PIX
   await line.waitFor({ state: 'hidden' });
 });
 
-visits('a scan is opened, made clean and compared by keyboard alone', { hash: '#tab=models&show=surface' }, async (visit) => {
+visits('a scan is opened, made clean and compared by keyboard alone', { ...UNDRAWN, hash: '#tab=models&show=surface' }, async (visit) => {
   await visit.level(2);
   const modeller = new Modeller(visit);
   const { keyboard } = visit.page;
@@ -109,7 +109,7 @@ visits('a scan is opened, made clean and compared by keyboard alone', { hash: '#
   assert.equal(await modeller.id, source);
 });
 
-visits('steps of a clean-up can be left out', { hash, ...PHONE }, async (visit) => {
+visits('steps of a clean-up can be left out', { ...UNDRAWN, hash, ...PHONE }, async (visit) => {
   const modeller = await openScan(visit);
   const { page } = modeller;
   await page.getByText('Steps of a clean-up').tap();

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { Vector3 } from 'three';
 
 import { cameraOf, Modeller, VIEW } from './modeller.mjs';
-import { ALL_PIXELS, CUBE, difference, open, PHONE } from './page_driver.mjs';
+import { ALL_PIXELS, CUBE, difference, open, PHONE, UNDRAWN } from './page_driver.mjs';
 
 const site = open({ first: 'block.obj', files: { 'block.obj': CUBE } });
 const { daemon, visits } = site;
@@ -128,7 +128,7 @@ visits('a point of a level is dragged, and the other levels remember it', { ...A
   assert.ok(difference(await visit.pixels(), plain) < 1e-4);
 });
 
-visits('with Shift a point goes along its normal', { hash }, async (visit) => {
+visits('with Shift a point goes along its normal', { ...UNDRAWN, hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const before = await pointsOf(await sculptor.id, 3);
   const middle = nearest(before, new Vector3(0, 0.7, 0)); // the middle of the upper side, which faces up
@@ -162,7 +162,7 @@ visits('a stroke that is cancelled leaves the model as it was', { hash }, async 
   await sculptor.drag(place, [30, -30]);
 });
 
-visits('a stroke by numbers waits for the point that it was given', { hash }, async (visit) => {
+visits('a stroke by numbers waits for the point that it was given', { ...UNDRAWN, hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
   const before = await pointsOf(await sculptor.id, 3);
@@ -177,7 +177,7 @@ visits('a stroke by numbers waits for the point that it was given', { hash }, as
   assert.ok(apart(await pointsOf(await sculptor.id, 3), dragged(before, 7, new Vector3(0, 0.25, -0.125))) < 1e-5);
 });
 
-visits('points are moved by keyboard', { hash }, async (visit) => {
+visits('points are moved by keyboard', { ...UNDRAWN, hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
   const before = await pointsOf(await sculptor.id, 3);
@@ -204,7 +204,7 @@ visits('points are moved by keyboard', { hash }, async (visit) => {
   assert.ok(Math.abs(pushed.length() - 0.2) < 1e-4, `${pushed.length()}`);
 });
 
-visits('what is shown twice, turned and stretched, is sculpted in its own space', { hash }, async (visit) => {
+visits('what is shown twice, turned and stretched, is sculpted in its own space', { ...UNDRAWN, hash }, async (visit) => {
   const document = {
     meshes: [{ name: 'other', shape: { kind: 'box' } }, { name: 'ball', shape: { kind: 'box', size: [2, 2, 2] } }],
     nodes: [{ name: 'a', mesh: 'other', translation: [0, 0, -8] },
@@ -269,7 +269,7 @@ visits('one finger sculpts, two move the camera', { hash, ...PHONE }, async (vis
 const BRUSHES = [
   ['Draw', ({ up }) => up > 0.02], ['Inflate', ({ up }) => up > 0.02], ['Smooth', ({ apart: far }) => far > 0.001], ['Flatten', ({ apart: far }) => far > 0.001], ['Crease', ({ up }) => up < -0.02],
 ];
-visits('a stroke of each brush, mirrored', { hash }, async (visit) => {
+visits('a stroke of each brush, mirrored', { ...UNDRAWN, hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
   const before = await pointsOf(await sculptor.id, 3);
@@ -288,7 +288,7 @@ visits('a stroke of each brush, mirrored', { hash }, async (visit) => {
   }
 });
 
-visits('strokes go on while one is stored, and each can be undone', { hash }, async (visit) => {
+visits('strokes go on while one is stored, and each can be undone', { ...UNDRAWN, hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
   const source = await sculptor.id;
@@ -330,7 +330,7 @@ visits('a stroke outlives a restart of the daemon', { hash }, async (visit) => {
   visit.faults = visit.faults.filter((fault) => !fault.includes('net::ERR_'));
 });
 
-visits('the wheel with Shift, and brackets, change the radius', { hash }, async (visit) => {
+visits('the wheel with Shift, and brackets, change the radius', { ...UNDRAWN, hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
   const radius = async () => Number(await page.getByRole('slider', { name: 'Radius' }).inputValue());
@@ -346,7 +346,7 @@ visits('the wheel with Shift, and brackets, change the radius', { hash }, async 
   assert.doesNotMatch(await visit.address(), /view=(?!4%2C3%2C6)/, 'the camera stays');
 });
 
-visits('other rules are refused, and left by a click', { hash: '#tab=sculpt&level=1&scheme=bilinear' }, async (visit) => {
+visits('other rules are refused, and left by a click', { ...UNDRAWN, hash: '#tab=sculpt&level=1&scheme=bilinear' }, async (visit) => {
   await visit.level(1);
   await visit.page.getByRole('button', { name: 'Show it so' }).click();
   await visit.wait(() => 'sculpts' in document.querySelector('canvas').dataset);

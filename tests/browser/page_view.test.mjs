@@ -4,7 +4,7 @@ import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { test } from 'node:test';
 
-import { ALL_PIXELS, covered, DESKTOP, difference, drop, open, PHONE, TABLET, Visit } from './page_driver.mjs';
+import { ALL_PIXELS, covered, DESKTOP, difference, drop, open, PHONE, TABLET, UNDRAWN, Visit } from './page_driver.mjs';
 
 const axe = createRequire(import.meta.url).resolve('axe-core/axe.min.js');
 const site = open();
@@ -70,7 +70,7 @@ visits('no dots along the folds of a dense surface', { ...ALL_PIXELS, hash: '#sh
   assert.ok(found < 5, `${found} dots`);
 });
 
-visits('on a phone no label of a field touches it', { first: 'cube.obj', ...PHONE, hash: '#tab=edit' }, async (visit) => {
+visits('on a phone no label of a field touches it', { ...UNDRAWN, first: 'cube.obj', ...PHONE, hash: '#tab=edit' }, async (visit) => {
   await visit.level(2);
   for (const kind of ['Faces', 'Edges', 'Points']) {
     await visit.page.getByRole('button', { name: kind, exact: true }).and(visit.page.locator('.chip')).first().tap();
@@ -224,7 +224,7 @@ visits('each overlay changes the picture, and goes again', {}, async (visit) => 
   }
 });
 
-visits('levels that were loaded tell the server’s milliseconds', { first: 'cube.obj', hash: '#tab=surface' }, async (visit) => {
+visits('levels that were loaded tell the server’s milliseconds', { ...UNDRAWN, first: 'cube.obj', hash: '#tab=surface' }, async (visit) => {
   await visit.level(2);
   await visit.wait(() => document.querySelector('tr[data-level="7"]'));
   await visit.page.getByRole('button', { name: 'Show level 3' }).click();
