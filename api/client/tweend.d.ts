@@ -505,7 +505,7 @@ export interface SurfaceCounts {
   bytes: number;
   /** Bytes of the answer in each form under the same options, exactly; of the forms whose size is known beforehand.
    * PLY of models with skins or morph targets, and with `level=auto` their STL, are among them with `skin=bake`
-   * alone: they are of the moved meshes. */
+   * alone: they are of the moved meshes. With `meshes=none` there are glTF forms alone. */
   forms: {
     glb: number;
     gltf?: number;
@@ -1291,7 +1291,8 @@ export interface SurfaceOptions {
    */
   boundary?: "edge-and-corner" | "edge-only" | "none" | "open";
   /**
-   * OpenSubdiv's face-varying linear interpolation rule. Overrides a tag of the file.
+   * OpenSubdiv's face-varying linear interpolation rule. Overrides a tag of the file. A value that comes, goes and
+   * comes again around a point stays as it is by every rule.
    * @default corners-only
    */
   uv?: "corners-only" | "none" | "corners-plus1" | "corners-plus2" | "boundaries" | "all";
@@ -1476,9 +1477,10 @@ export interface SurfaceOptions {
    * and colours in 16 where they are from 0 to 1; weights in 8; each primitive has its own vertices, at most 65,534
    * of them, and 16-bit indices. Meshes that EXT_mesh_gpu_instancing shows, that have points or lines, or whose
    * weights KHR_animation_pointer moves keep positions as floats. `meshopt`: the same by EXT_meshopt_compression;
-   * triangles may come in another order, unless `polygons=ngon`. Its size takes as long as the GLB: `surface.json`
-   * computes what that will need too, and `HEAD` bears no `Content-Length` until either has been asked for. OBJ is
-   * the same in every encoding.
+   * triangles may come in another order, unless `polygons=ngon`. Both leave out what `extras.tweend` says of a cage
+   * at level 0 with `polygons=ngon`: a warning tells of creases, corners, holes, details, groups and rules that are
+   * lost. Its size takes as long as the GLB: `surface.json` computes what that will need too, and `HEAD` bears no
+   * `Content-Length` until either has been asked for. OBJ is the same in every encoding.
    * @default float
    */
   encoding?: "float" | "quantized" | "meshopt";
@@ -1486,8 +1488,12 @@ export interface SurfaceOptions {
    * `ngon`: in PLY the polygons themselves; in glTF triangles in the fan order of FB_ngon_encoding, which the
    * answer declares. The fan of a concave polygon starts at a corner from which it is right. A polygon without such
    * a corner is split into triangles, and a warning tells how many there are; at level 0 in floats `extras.tweend`
-   * says which triangles are one polygon, and an upload joins them again. `triangles` cuts every polygon by its
-   * shape.
+   * says which triangles are one polygon, and an upload joins them again. There it also has what else a cage is:
+   * the points of its vertices, the order of faces, creases, corners, holes, groups, details and rules; and
+   * `values`, which is there where a seam runs between equal values, as an upload would join these: for each such
+   * attribute (`TEXCOORD_0`, `COLOR_0`, `_NAME`) an accessor with a number for each vertex, equal on one side of a
+   * seam alone. `triangles` cuts every polygon by its shape. It holds what is drawn: an upload of it has none of
+   * the rest.
    * @default triangles
    */
   polygons?: "triangles" | "ngon";
