@@ -133,9 +133,9 @@ double tw_error_ring_cosine(const tw_error_part *p, uint32_t corner, const doubl
   do {
     uint32_t face = tw_corner_face(t, turned);
     if (p->states[face] == TW_FACE_HIDDEN || ++count > TW_AROUND_MAX) return -1;
-    least = tw_lesser(least, tw_error_face_cosine(p, face, normal));
+    if (least >= TW_LEAST_COSINE) least = tw_lesser(least, tw_error_face_cosine(p, face, normal));
     turned = t->sibling[tw_corner_previous(t, turned)];
-  } while (turned != corner && least >= TW_LEAST_COSINE);
+  } while (turned != corner);
   return least;
 }
 

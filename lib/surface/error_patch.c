@@ -578,10 +578,6 @@ static double quad_cosine(const tw_error_net *n, int v, int u, const double norm
   return least;
 }
 
-static float rounded_down(double x) {
-  return (float)(x - 1e-6 * fabs(x));
-}
-
 /* How a face's points may slide over the eight faces around it, which are regular and no rims. Returns the
  * greatest slope of all these. */
 static double find_frame(const tw_error_net *n, double normal[3], tw_error_frame *out) {
@@ -598,14 +594,14 @@ static double find_frame(const tw_error_net *n, double normal[3], tw_error_frame
     }
   for (int i = 0; i < 4; i++) {
     int v = first[i][0], u = first[i][1];
-    out->corners[i] = rounded_down(tw_lesser(tw_lesser(cosines[v][u], cosines[v][u + 1]),
-                                             tw_lesser(cosines[v + 1][u], cosines[v + 1][u + 1])));
-    out->edges[i] = rounded_down(tw_lesser(cosines[1][1], cosines[beside[i][0]][beside[i][1]]));
+    out->corners[i] = tw_error_rounded_down(tw_lesser(tw_lesser(cosines[v][u], cosines[v][u + 1]),
+                                                      tw_lesser(cosines[v + 1][u], cosines[v + 1][u + 1])));
+    out->edges[i] = tw_error_rounded_down(tw_lesser(cosines[1][1], cosines[beside[i][0]][beside[i][1]]));
     tw_difference3(face[(i + 1) % 4], face[i], side);
     reach += tw_length3(side) / 8;
   }
-  out->own = rounded_down(cosines[1][1]);
-  out->reach = cosines[1][1] >= TW_LEAST_COSINE ? rounded_down(reach) : 0;
+  out->own = tw_error_rounded_down(cosines[1][1]);
+  out->reach = (float)(reach * (1 - 1e-6));
   return tw_error_slope(least);
 }
 

@@ -86,10 +86,6 @@ static double edge_cosine(const tw_error_part *p, uint32_t corner, const double 
   return tw_lesser(own, tw_error_face_cosine(p, tw_corner_face(t, t->sibling[corner]), normal));
 }
 
-static float rounded_down(double cosine) {
-  return (float)cosine - 1e-6f;
-}
-
 double tw_error_of_step(const tw_measuring *m, const tw_error_part *p, const double *next, uint32_t face,
                         tw_error_frame *frame) {
   const tw_topology *t = &p->topology;
@@ -98,7 +94,7 @@ double tw_error_of_step(const tw_measuring *m, const tw_error_part *p, const dou
   tw_error_normal(p, face, g.normal);
   double own = tw_dot3(g.normal, g.normal) > 0 ? tw_error_face_cosine(p, face, g.normal) : 0, cut = 0,
          foot[3];
-  g.reach = own >= TW_LEAST_COSINE ? tw_error_reach(p, face) : 0;
+  g.reach = tw_error_reach(p, face);
   for (uint32_t i = 0; i < size; i++) {
     uint32_t vertex = t->corner_vertex[begin + i], edge = t->corner_edge[begin + i];
     const double *point = tw_point_at(next, t->vertex_count + edge);
@@ -109,10 +105,10 @@ double tw_error_of_step(const tw_measuring *m, const tw_error_part *p, const dou
                         tw_point_at(p->shown, t->edge_vertices[edge][1]), point, foot);
     tw_error_gap_take(&g, point, foot, at_edge);
     if (size > 4) continue;
-    frame->corners[i] = rounded_down(at_vertex);
-    frame->edges[i] = rounded_down(at_edge);
+    frame->corners[i] = tw_error_rounded_down(at_vertex);
+    frame->edges[i] = tw_error_rounded_down(at_edge);
   }
-  frame->own = rounded_down(own);
+  frame->own = tw_error_rounded_down(own);
   frame->reach = (float)(g.reach * (1 - 1e-6));
   if (!m->rules.loop)
     cut = take_face_point(&g, p, face, tw_point_at(next, t->vertex_count + t->edge_count + face), own);

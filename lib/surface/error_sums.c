@@ -6,7 +6,7 @@
  * a convex function, so a descendant's triangle is farthest at its corners. That bounds the way from
  * descendants to the face; the way back has the same bound, as descendants cover the face, edges over edges.
  *
- * Faces that are farther than what is known are looked at again, by two bounds that cost more. Each holds by
+ * Faces that are farther than what is known are looked at again, by bounds that cost more. Each holds by
  * itself, so the lesser one counts.
  *
  * Planes. Let a point be d above a corner, along the face's normal, and s beside it. Along s, the height of
@@ -16,6 +16,10 @@
  * through the corner. It is at most |d| + tau |s|, and much less where d is what a slide along a slope makes
  * of it. Inside a piece a point and its partner are means of those at the piece's corners. So is the way
  * between them, corner by corner, and the mean of the bounds holds.
+ *
+ * Turned views. Where faces around a corner are folded, so that nothing may slide there, the face is looked
+ * at along another direction, from which these lean least: what is said above of a face's normal holds for
+ * any direction.
  *
  * Hulls. The two triangles of a quad may be cut along either diagonal. So a descendant's point inside a quad
  * has partners on both, which in slivers may be far along the quad. Instead, let its partner be the nearest
@@ -272,20 +276,27 @@ static tw_status find_fans(tw_arena *arena, tw_level_errors *l) {
   return TW_OK;
 }
 
+/* The normal of the triangle that a corner and its two neighbours span, as long as twice its area. */
+static void corner_normal(const tw_level_errors *l, uint32_t face, uint32_t corner, double out[3]) {
+  uint32_t size = size_of(l, face);
+  const uint32_t *corners = l->corners + l->begins[face];
+  const double *own = tw_point_at(l->points, corners[corner]);
+  double next[3], previous[3];
+  tw_difference3(tw_point_at(l->points, corners[(corner + 1) % size]), own, next);
+  tw_difference3(tw_point_at(l->points, corners[(corner + size - 1) % size]), own, previous);
+  tw_cross3(next, previous, out);
+}
+
 /* The planes of the triangles of a vertex's faces, of quads by either diagonal. Returns how many; 0 where
  * there is no room for all. */
 static uint32_t find_planes(const tw_level_errors *l, uint32_t vertex, const double along[3],
                             double out[TW_AROUND_MAX][3]) {
   uint32_t count = 0;
   for (uint32_t k = l->fan_begins[vertex]; k < l->fan_begins[vertex + 1]; k++) {
-    uint32_t face = l->fan_faces[k], size = size_of(l, face), triangles = size == 3 ? 1 : size;
-    const uint32_t *corners = l->corners + l->begins[face];
+    uint32_t face = l->fan_faces[k], triangles = size_of(l, face) == 3 ? 1 : size_of(l, face);
     for (uint32_t i = 0; i < triangles; i++) {
-      const double *own = tw_point_at(l->points, corners[i]);
-      double next[3], previous[3], normal[3];
-      tw_difference3(tw_point_at(l->points, corners[(i + 1) % size]), own, next);
-      tw_difference3(tw_point_at(l->points, corners[(i + size - 1) % size]), own, previous);
-      tw_cross3(next, previous, normal);
+      double normal[3];
+      corner_normal(l, face, i, normal);
       double height = tw_dot3(normal, along);
       if (!(height > 0)) continue; /* it has no area: others lean less (TW_LEAST_COSINE) */
       if (count == TW_AROUND_MAX) return 0;
@@ -294,6 +305,93 @@ static uint32_t find_planes(const tw_level_errors *l, uint32_t vertex, const dou
     }
   }
   return count;
+}
+
+/* The least cosine between a direction and the normals of a face, or of all faces of a vertex, which is
+ * worst. */
+static double face_cosine(const tw_level_errors *l, uint32_t face, const double along[3], double worst[3]) {
+  double least = 1, normal[3];
+  for (uint32_t i = 0; i < size_of(l, face); i++) {
+    corner_normal(l, face, i, normal);
+    if (!(tw_unit3(normal) > 0) || tw_dot3(normal, along) >= least) continue;
+    least = tw_dot3(normal, along);
+    memcpy(worst, normal, sizeof normal);
+  }
+  return least;
+}
+
+static double fan_cosine(const tw_level_errors *l, uint32_t vertex, const double along[3], double worst[3]) {
+  double least = 1, own[3] = {0};
+  for (uint32_t k = l->fan_begins[vertex]; k < l->fan_begins[vertex + 1]; k++) {
+    double cosine = face_cosine(l, l->fan_faces[k], along, own);
+    if (cosine >= least) continue;
+    least = cosine;
+    memcpy(worst, own, sizeof own);
+  }
+  return least;
+}
+
+/* The direction that leans least from the normals at the corners of a face where the surface is folded: its
+ * end comes nearer to the middle of the least ball around these (Badoiu and Clarkson 2003, "Smaller core-sets
+ * for balls"). False where there is none. */
+static bool turn(const tw_level_errors *l, uint32_t face, const tw_error_frame *frame, double along[3]) {
+  enum { STEPS = 64 };
+  const uint32_t *corners = l->corners + l->begins[face];
+  double middle[3] = {along[0], along[1], along[2]};
+  for (int step = 1; step <= STEPS; step++) {
+    double least = 1, worst[3] = {0}, own[3] = {0};
+    for (uint32_t i = 0; i < size_of(l, face); i++) {
+      if ((double)frame->corners[i] >= TW_LEAST_COSINE || (double)frame->corners[i] <= -1) continue;
+      double cosine = fan_cosine(l, corners[i], along, own);
+      if (cosine >= least) continue;
+      least = cosine;
+      memcpy(worst, own, sizeof own);
+    }
+    if (least == 1) return false;
+    for (int c = 0; c < 3; c++) along[c] = middle[c] += (worst[c] - middle[c]) / (step + 1);
+    if (!(tw_unit3(along) > 0)) return false;
+  }
+  return true;
+}
+
+/* How points slide over a face, seen along another direction than its normal. */
+static tw_error_frame turned_frame(const tw_level_errors *l, uint32_t face, const tw_error_frame *frame,
+                                   const double along[3]) {
+  const uint32_t *corners = l->corners + l->begins[face];
+  double unused[3];
+  uint32_t size = size_of(l, face);
+  tw_error_frame out = {.own = tw_error_rounded_down(face_cosine(l, face, along, unused)),
+                        .reach = frame->reach};
+  for (uint32_t i = 0; i < size; i++)
+    out.corners[i] = (double)frame->corners[i] <= -1
+                         ? -1
+                         : tw_error_rounded_down(fan_cosine(l, corners[i], along, unused));
+  for (uint32_t i = 0; i < size; i++) /* the faces of an edge are among those of its ends */
+    out.edges[i] = (double)frame->edges[i] <= -1
+                       ? -1
+                       : (float)tw_greater((double)out.corners[i], (double)out.corners[(i + 1) % size]);
+  return out;
+}
+
+/* Looks at a face again, by planes and by its hull. */
+static void look_again(const compared *by, const piece *whole, double enough, double *error) {
+  const tw_level_errors *l = by->levels;
+  compared c = *by;
+  tw_error_planes planes;
+  c.base.around = 1;
+  for (uint32_t i = 0; i < c.base.size; i++) {
+    double cosine = (double)c.base.frame->corners[i];
+    uint32_t vertex = l->corners[l->begins[whole->face] + i];
+    c.base.around = tw_lesser(c.base.around, cosine);
+    planes.counts[i] =
+        cosine >= TW_LEAST_COSINE ? find_planes(l, vertex, c.base.normal, planes.normals[i]) : 0;
+  }
+  c.base.planes = &planes;
+  *error = tw_lesser(*error, find_least(&c, whole, enough));
+  if (*error <= enough || c.base.size < 4) return;
+  double width = find_width(c.base.corners);
+  c.base.is_hull = true;
+  *error = tw_lesser(*error, width + find_least(&c, whole, enough - width));
 }
 
 /* Compares an open face with what comes of it. */
@@ -308,18 +406,11 @@ static tw_status refine_error(tw_arena *scratch, tw_level_errors *levels, uint32
   if (*error <= enough) return TW_OK;
   tw_status status = levels->fan_begins ? TW_OK : find_fans(scratch, levels);
   if (status != TW_OK) return status;
-  tw_error_planes planes;
-  for (uint32_t i = 0; i < c.base.size; i++) {
-    bool slides = (double)c.base.frame->corners[i] >= TW_LEAST_COSINE;
-    uint32_t vertex = levels->corners[levels->begins[face] + i];
-    planes.counts[i] = slides ? find_planes(levels, vertex, c.base.normal, planes.normals[i]) : 0;
-  }
-  c.base.planes = &planes;
-  *error = tw_lesser(*error, find_least(&c, &whole, enough));
-  if (*error <= enough || c.base.size < 4) return TW_OK;
-  double width = find_width(c.base.corners);
-  c.base.is_hull = true;
-  *error = tw_lesser(*error, width + find_least(&c, &whole, enough - width));
+  look_again(&c, &whole, enough, error);
+  if (*error <= enough || !turn(levels, face, c.base.frame, c.base.normal)) return TW_OK;
+  tw_error_frame turned = turned_frame(levels, face, c.base.frame, c.base.normal);
+  c.base.frame = &turned;
+  look_again(&c, &whole, enough, error);
   return TW_OK;
 }
 

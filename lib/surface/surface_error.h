@@ -108,6 +108,11 @@ static inline double tw_lesser(double a, double b) {
   return a < b ? a : b;
 }
 
+/* A cosine as a frame has it. */
+static inline float tw_error_rounded_down(double cosine) {
+  return (float)cosine - 1e-6F;
+}
+
 static inline const double *tw_point_at(const double *points, uint32_t vertex) {
   return points + 3 * (size_t)vertex;
 }
