@@ -183,8 +183,8 @@ static api_outcome warn_of_lost_cage(api_call *call, const api_surface_request *
   bool is_ngon = request->query.polygons == TW_POLYGONS_NGON;
   bool is_packed = request->query.encoding != TW_ENCODING_FLOAT;
   if (!may_lose_cage(request)) return API_DONE;
-  bool has[CAGE_PARTS] = {[CREASES] = is_ngon && plan->hard.edges > 0,
-                          [CORNERS] = is_ngon && plan->hard.corners > 0};
+  bool has[CAGE_PARTS] = {
+      [CREASES] = is_ngon && plan->hard.edges > 0, [CORNERS] = is_ngon && plan->hard.corners > 0};
   if (find_cage_parts(request, has) != TW_OK) return api_fail_without_memory(call);
   tw_text text = {0};
   tw_text_add(&text, is_ngon ? "" : "polygons=ngon");

@@ -350,8 +350,8 @@ static tw_status joins_along_edges(const tw_mesh *mesh, const tw_channel *channe
                         .face_offsets = mesh->face_offsets,
                         .corners = own};
   if (status == TW_OK)
-    status = tw_weld_values(&soup, mesh->corners, mesh->point_count, rows, channel->width, welded, &count,
-                            NULL);
+    status =
+        tw_weld_values(&soup, mesh->corners, mesh->point_count, rows, channel->width, welded, &count, NULL);
   for (uint32_t i = 0; status == TW_OK && i < count; i++) value_of[i] = NO_VALUE;
   for (uint32_t c = 0; status == TW_OK && c < corners; c++) {
     uint32_t *value = &value_of[welded[c]];
