@@ -28,7 +28,10 @@ typedef struct api_plan_moves {
 /* Whether `solids` of a plan are written; whoever begins to write them ends. */
 enum { API_SHELLS_UNKNOWN, API_SHELLS_BEING_WRITTEN, API_SHELLS_KNOWN };
 
-/* Immutable but for is_warm, shells and solids. */
+/* Whether the model's meshes have seams that tw_mesh_has_joinable_seams finds. */
+enum { API_SEAMS_UNKNOWN, API_SEAMS_NONE, API_SEAMS_SOME };
+
+/* Immutable but for is_warm, seams, shells and solids. */
 typedef struct api_plan {
   uint32_t count;
   tw_surface **surfaces;     /* [count], one for each mesh */
@@ -36,6 +39,7 @@ typedef struct api_plan {
   tw_surface_counts total;
   api_hard hard;
   atomic_bool is_warm; /* the bounds are known, so that reading starts without a pass over all points */
+  atomic_int seams;    /* API_SEAMS_... */
   atomic_int shells;   /* API_SHELLS_... */
   tw_solid *solids;    /* [count] the shells of each surface */
   api_entry *source;   /* the plan that this one moves, or NULL */

@@ -73,7 +73,8 @@ static bool is_light(const api_call *call, const api_surface_request *request) {
                        request->query.encoding != TW_ENCODING_FLOAT;
   uint64_t corners = 0;
   for (uint32_t i = 0; i < model->mesh_count; i++) corners += model->meshes[i].corner_count;
-  bool looks_at_corners = !is_gltf || may_lose_cage(request); /* flat forms do */
+  bool looks_for_seams = may_lose_cage(request) && atomic_load(&plan->seams) == API_SEAMS_UNKNOWN;
+  bool looks_at_corners = !is_gltf || looks_for_seams; /* flat forms do */
   if (looks_at_corners && corners > LIGHT_CORNERS) return false;
   if ((api_is_printed(request) || request->query.with_shells) && !api_shells_are_light(plan)) return false;
   return needs_no_pass && request->query.choices.count == 0 && !cuts_influences(request) &&
@@ -154,24 +155,32 @@ static api_outcome warn_of_polygons(api_call *call, const api_surface_request *r
 /* What extras.tweend says of a cage, and nothing else in a glTF. */
 enum { CREASES, CORNERS, HOLES, DETAILS, GROUPS, SEAMS, RULES, CAGE_PARTS };
 
+/* Finds whether the cages have seams between equal values, and notes it in the plan. TW_NO_MEMORY. */
+static tw_status find_seams(const tw_model *model, api_plan *plan, bool *out) {
+  tw_status status = TW_OK;
+  int known = atomic_load(&plan->seams);
+  *out = known == API_SEAMS_SOME;
+  if (known != API_SEAMS_UNKNOWN) return TW_OK;
+  for (uint32_t i = 0; i < model->mesh_count && status == TW_OK && !*out; i++)
+    status = tw_mesh_has_joinable_seams(&model->meshes[i], out);
+  if (status == TW_OK) atomic_store(&plan->seams, *out ? API_SEAMS_SOME : API_SEAMS_NONE);
+  return status;
+}
+
 /* Finds which parts the cages have. TW_NO_MEMORY. */
 static tw_status find_cage_parts(const api_surface_request *request, bool *has) {
   const tw_model *model = request->scene.content.model;
-  tw_status status = TW_OK;
-  for (uint32_t i = 0; i < model->mesh_count && status == TW_OK; i++) {
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
     const tw_mesh *mesh = &model->meshes[i];
-    bool has_seams = false;
-    status = tw_mesh_has_joinable_seams(mesh, &has_seams);
     has[CREASES] |= mesh->crease_count > 0;
     has[CORNERS] |= mesh->sharp_point_count > 0;
     has[HOLES] |= mesh->hole_count > 0;
     has[DETAILS] |= mesh->detail_count > 0 && request->query.details;
     has[GROUPS] |= mesh->face_groups != NULL;
-    has[SEAMS] |= has_seams;
     has[RULES] |= mesh->tag_boundary != TW_TAG_UNSET || mesh->tag_uv != TW_TAG_UNSET ||
                   mesh->tag_creasing != TW_TAG_UNSET || mesh->tag_triangles != TW_TAG_UNSET;
   }
-  return status;
+  return find_seams(model, api_entry_value(request->plan), &has[SEAMS]);
 }
 
 /* Tells of a cage that triangles, or a packed encoding, have no place for: an upload of the answer is another
