@@ -73,8 +73,8 @@ static bool is_light(const api_call *call, const api_surface_request *request) {
                        request->query.encoding != TW_ENCODING_FLOAT;
   uint64_t corners = 0;
   for (uint32_t i = 0; i < model->mesh_count; i++) corners += model->meshes[i].corner_count;
-  bool looks_for_seams = may_lose_cage(request) && atomic_load(&plan->seams) == API_SEAMS_UNKNOWN;
-  bool looks_at_corners = !is_gltf || looks_for_seams; /* flat forms do */
+  bool is_unknown = may_lose_cage(request) && atomic_load(&plan->joinable) == 0;
+  bool looks_at_corners = !is_gltf || is_unknown; /* flat forms do */
   if (looks_at_corners && corners > LIGHT_CORNERS) return false;
   if ((api_is_printed(request) || request->query.with_shells) && !api_shells_are_light(plan)) return false;
   return needs_no_pass && request->query.choices.count == 0 && !cuts_influences(request) &&
@@ -153,17 +153,20 @@ static api_outcome warn_of_polygons(api_call *call, const api_surface_request *r
 }
 
 /* What extras.tweend says of a cage, and nothing else in a glTF. */
-enum { CREASES, CORNERS, HOLES, DETAILS, GROUPS, SEAMS, RULES, CAGE_PARTS };
+enum { CREASES, CORNERS, HOLES, DETAILS, GROUPS, SEAMS, POINTS, RULES, CAGE_PARTS };
 
-/* Finds whether the cages have seams between equal values, and notes it in the plan. TW_NO_MEMORY. */
-static tw_status find_seams(const tw_model *model, api_plan *plan, bool *out) {
+/* Finds what of the cages readers would join: flags of API_JOINABLE. TW_NO_MEMORY. */
+static tw_status find_joinable(const tw_model *model, api_plan *plan, int *out) {
+  bool seams = false, points = false;
   tw_status status = TW_OK;
-  int known = atomic_load(&plan->seams);
-  *out = known == API_SEAMS_SOME;
-  if (known != API_SEAMS_UNKNOWN) return TW_OK;
-  for (uint32_t i = 0; i < model->mesh_count && status == TW_OK && !*out; i++)
-    status = tw_mesh_has_joinable_seams(&model->meshes[i], out);
-  if (status == TW_OK) atomic_store(&plan->seams, *out ? API_SEAMS_SOME : API_SEAMS_NONE);
+  *out = atomic_load(&plan->joinable);
+  if (*out & API_JOINABLE_KNOWN) return TW_OK;
+  for (uint32_t i = 0; i < model->mesh_count && status == TW_OK; i++) {
+    if (!seams) status = tw_mesh_has_joinable_seams(&model->meshes[i], &seams);
+    if (status == TW_OK && !points) status = tw_mesh_has_joinable_points(&model->meshes[i], &points);
+  }
+  *out = API_JOINABLE_KNOWN | (seams ? API_JOINABLE_SEAMS : 0) | (points ? API_JOINABLE_POINTS : 0);
+  if (status == TW_OK) atomic_store(&plan->joinable, *out);
   return status;
 }
 
@@ -180,14 +183,24 @@ static tw_status find_cage_parts(const api_surface_request *request, bool *has) 
     has[RULES] |= mesh->tag_boundary != TW_TAG_UNSET || mesh->tag_uv != TW_TAG_UNSET ||
                   mesh->tag_creasing != TW_TAG_UNSET || mesh->tag_triangles != TW_TAG_UNSET;
   }
-  return find_seams(model, api_entry_value(request->plan), &has[SEAMS]);
+  int joinable;
+  tw_status status = find_joinable(model, api_entry_value(request->plan), &joinable);
+  has[SEAMS] = joinable & API_JOINABLE_SEAMS;
+  has[POINTS] = joinable & API_JOINABLE_POINTS;
+  return status;
 }
 
 /* Tells of a cage that triangles, or a packed encoding, have no place for: an upload of the answer is another
  * cage. Hard edges that the file shows by its normals or an angle are told by those of triangles, too. */
 static api_outcome warn_of_lost_cage(api_call *call, const api_surface_request *request) {
-  static const char *const names[CAGE_PARTS] = {
-      "creases", "corners", "holes", "details", "groups", "seams between equal values", "rules"};
+  static const char *const names[CAGE_PARTS] = {"creases",
+                                                "corners",
+                                                "holes",
+                                                "details",
+                                                "groups",
+                                                "seams between equal values",
+                                                "points apart at one place",
+                                                "rules"};
   const api_plan *plan = api_entry_value(request->plan);
   bool is_ngon = request->query.polygons == TW_POLYGONS_NGON;
   bool is_packed = request->query.encoding != TW_ENCODING_FLOAT;

@@ -423,18 +423,38 @@ static int compare_points(const void *context, uint32_t a, uint32_t b) {
   return order;
 }
 
+static tw_soup soup_of(const tw_mesh *mesh) {
+  return (tw_soup){.vertex_count = mesh->point_count,
+                   .positions = mesh->positions,
+                   .face_count = mesh->face_count,
+                   .corner_count = mesh->corner_count,
+                   .face_offsets = mesh->face_offsets,
+                   .corners = mesh->corners,
+                   .compare = compare_points,
+                   .context = mesh,
+                   .face_materials = mesh->face_materials};
+}
+
+tw_status tw_mesh_has_joinable_points(const tw_mesh *mesh, bool *out) {
+  uint32_t *points = tw_alloc(mesh->point_count, sizeof *points), same = 0;
+  uint8_t *left_out = tw_alloc(mesh->face_count, 1);
+  tw_welded welded = {.point_count = mesh->point_count};
+  tw_status status = points && left_out
+                         ? tw_find_equal_rows(mesh->positions, 3, mesh->point_count, points, NULL)
+                         : TW_NO_MEMORY;
+  for (uint32_t p = 0; status == TW_OK && p < mesh->point_count; p++) same += points[p] != p;
+  const tw_soup soup = soup_of(mesh);
+  if (status == TW_OK && same > 0) status = tw_weld_points(&soup, points, left_out, &welded, NULL);
+  *out = welded.point_count < mesh->point_count;
+  tw_free(points);
+  tw_free(left_out);
+  return status;
+}
+
 /* points: [point_count] and left_out: [face_count], scratch. */
 static tw_status close_seams(tw_mesh *mesh, uint32_t *points, uint8_t *left_out, tw_arena *arena,
                              tw_merged *out, tw_welded *welded, tw_error *error) {
-  const tw_soup soup = {.vertex_count = mesh->point_count,
-                        .positions = mesh->positions,
-                        .face_count = mesh->face_count,
-                        .corner_count = mesh->corner_count,
-                        .face_offsets = mesh->face_offsets,
-                        .corners = mesh->corners,
-                        .compare = compare_points,
-                        .context = mesh,
-                        .face_materials = mesh->face_materials};
+  const tw_soup soup = soup_of(mesh);
   tw_status status = tw_weld_points(&soup, points, left_out, welded, error);
   uint32_t dropped = welded->collapsed + welded->doubled + welded->slivers;
   if (status == TW_OK)

@@ -133,12 +133,14 @@ test('what a cage loses with triangles or an encoding is told, and nothing else'
     // Where the values are equal at one end of the edge alone, readers keep the seam.
     ['rules', `${texture}vt .5 1\nvt 1 1\nf 1/1 2/2 3/3 4/4\nf 4/7 3/8 6/5 5/6\n${rule}`],
     ['rules', `${texture}f 1/1 2/2 3/3 4/4\nf 4/4 3/3 6/5 5/6\n${rule}`],
+    ['points apart at one place, rules', `v 0 1 0\nv 1 1 0\nf 1 2 3 4\nf 7 8 6 5\n${rule}`],
+    ['rules', `v 0 1 0\nv 1 1 0.5\nf 1 2 3 4\nf 7 8 6 5\n${rule}`], // apart at one end
   ];
   const facts = async (model) => {
-    const { meshes: [{ creases, corners, holes, groups }] } = await (await fetch(model)).json();
+    const { meshes: [{ creases, corners, holes, groups, vertices }] } = await (await fetch(model)).json();
     const lines = (await (await fetch(`${model}/surface.obj?level=1&boundary=edge-only`)).text()).split('\n');
     const texture = lines.filter((line) => line.startsWith('vt ')).length;
-    return { creases, corners, holes, groups: groups.map(({ name }) => name), texture };
+    return { creases, corners, holes, vertices, groups: groups.map(({ name }) => name), texture };
   };
   for (const [lost, faces] of kinds) {
     const model = await daemon.upload(square + faces);
