@@ -1478,9 +1478,10 @@ export interface SurfaceOptions {
    * of them, and 16-bit indices. Meshes that EXT_mesh_gpu_instancing shows, that have points or lines, or whose
    * weights KHR_animation_pointer moves keep positions as floats. `meshopt`: the same by EXT_meshopt_compression;
    * triangles may come in another order, unless `polygons=ngon`. Both leave out what `extras.tweend` says of a cage
-   * at level 0 with `polygons=ngon`: a warning tells of creases, corners, holes, details, groups and rules that are
-   * lost. Its size takes as long as the GLB: `surface.json` computes what that will need too, and `HEAD` bears no
-   * `Content-Length` until either has been asked for. OBJ is the same in every encoding.
+   * at level 0 with `polygons=ngon`: a warning tells of creases, corners, holes, details, groups, seams between
+   * equal values, points apart at one place and rules that are lost. Its size takes as long as the GLB:
+   * `surface.json` computes what that will need too, and `HEAD` bears no `Content-Length` until either has been
+   * asked for. OBJ is the same in every encoding.
    * @default float
    */
   encoding?: "float" | "quantized" | "meshopt";
@@ -1493,7 +1494,7 @@ export interface SurfaceOptions {
    * `values`, which is there where a seam runs between equal values, as an upload would join these: for each such
    * attribute (`TEXCOORD_0`, `COLOR_0`, `_NAME`) an accessor with a number for each vertex, equal on one side of a
    * seam alone. `triangles` cuts every polygon by its shape. It holds what is drawn: an upload of it has none of
-   * the rest.
+   * the rest, and at level 0 a warning tells what that is.
    * @default triangles
    */
   polygons?: "triangles" | "ngon";

@@ -28,7 +28,11 @@ typedef struct api_plan_moves {
 /* Whether `solids` of a plan are written; whoever begins to write them ends. */
 enum { API_SHELLS_UNKNOWN, API_SHELLS_BEING_WRITTEN, API_SHELLS_KNOWN };
 
-/* Immutable but for is_warm, shells and solids. */
+/* What tw_mesh_has_joinable_seams and tw_mesh_has_joinable_points find in the model's meshes: flags, which
+ * are known together. */
+enum { API_JOINABLE_KNOWN = 1, API_JOINABLE_SEAMS = 2, API_JOINABLE_POINTS = 4 };
+
+/* Immutable but for is_warm, joinable, shells and solids. */
 typedef struct api_plan {
   uint32_t count;
   tw_surface **surfaces;     /* [count], one for each mesh */
@@ -36,6 +40,7 @@ typedef struct api_plan {
   tw_surface_counts total;
   api_hard hard;
   atomic_bool is_warm; /* the bounds are known, so that reading starts without a pass over all points */
+  atomic_int joinable; /* API_JOINABLE_..., or 0 */
   atomic_int shells;   /* API_SHELLS_... */
   tw_solid *solids;    /* [count] the shells of each surface */
   api_entry *source;   /* the plan that this one moves, or NULL */

@@ -56,6 +56,13 @@ static bool cuts_influences(const api_surface_request *request) {
   return false;
 }
 
+/* Whether the answer is a cage in a form that may have no place for all of it. */
+static bool may_lose_cage(const api_surface_request *request) {
+  const api_surface_query *query = &request->query;
+  bool is_gltf = request->form->is_gltf && !request->form->is_counts;
+  return is_gltf && query->level == 0 && !query->limit && !query->tagged;
+}
+
 /* Whether a light call may answer: no pass over all points or keys, and little JSON to print. */
 static bool is_light(const api_call *call, const api_surface_request *request) {
   enum { LIGHT_PARTS = 64, LIGHT_CORNERS = 1 << 18 };
@@ -66,7 +73,9 @@ static bool is_light(const api_call *call, const api_surface_request *request) {
                        request->query.encoding != TW_ENCODING_FLOAT;
   uint64_t corners = 0;
   for (uint32_t i = 0; i < model->mesh_count; i++) corners += model->meshes[i].corner_count;
-  if (!is_gltf && corners > LIGHT_CORNERS) return false; /* flat forms look at all corners */
+  bool is_unknown = may_lose_cage(request) && atomic_load(&plan->joinable) == 0;
+  bool looks_at_corners = !is_gltf || is_unknown; /* flat forms do */
+  if (looks_at_corners && corners > LIGHT_CORNERS) return false;
   if ((api_is_printed(request) || request->query.with_shells) && !api_shells_are_light(plan)) return false;
   return needs_no_pass && request->query.choices.count == 0 && !cuts_influences(request) &&
          model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;
@@ -143,34 +152,77 @@ static api_outcome warn_of_polygons(api_call *call, const api_surface_request *r
   return api_call_warn_text(call, &text);
 }
 
-/* Tells of a cage whose tags a packed encoding has no place for: an upload of the answer is another cage. */
-static api_outcome warn_of_packed_cage(api_call *call, const api_surface_request *request) {
-  const api_surface_query *query = &request->query;
+/* What extras.tweend says of a cage, and nothing else in a glTF. */
+enum { CREASES, CORNERS, HOLES, DETAILS, GROUPS, SEAMS, POINTS, RULES, CAGE_PARTS };
+
+/* Finds what of the cages readers would join: flags of API_JOINABLE. TW_NO_MEMORY. */
+static tw_status find_joinable(const tw_model *model, api_plan *plan, int *out) {
+  bool seams = false, points = false;
+  tw_status status = TW_OK;
+  *out = atomic_load(&plan->joinable);
+  if (*out & API_JOINABLE_KNOWN) return TW_OK;
+  for (uint32_t i = 0; i < model->mesh_count && status == TW_OK; i++) {
+    if (!seams) status = tw_mesh_has_joinable_seams(&model->meshes[i], &seams);
+    if (status == TW_OK && !points) status = tw_mesh_has_joinable_points(&model->meshes[i], &points);
+  }
+  *out = API_JOINABLE_KNOWN | (seams ? API_JOINABLE_SEAMS : 0) | (points ? API_JOINABLE_POINTS : 0);
+  if (status == TW_OK) atomic_store(&plan->joinable, *out);
+  return status;
+}
+
+/* Finds which parts the cages have. TW_NO_MEMORY. */
+static tw_status find_cage_parts(const api_surface_request *request, bool *has) {
   const tw_model *model = request->scene.content.model;
-  const api_plan *plan = api_entry_value(request->plan);
-  bool is_packed = query->encoding != TW_ENCODING_FLOAT && query->polygons == TW_POLYGONS_NGON;
-  if (!request->form->is_gltf || !is_packed || query->level > 0) return API_DONE;
-  enum { CREASES, CORNERS, HOLES, DETAILS, GROUPS, RULES, KINDS };
-  static const char *const names[KINDS] = {"creases", "corners", "holes", "details", "groups", "rules"};
-  bool has[KINDS] = {[CREASES] = plan->hard.edges > 0, [CORNERS] = plan->hard.corners > 0};
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     const tw_mesh *mesh = &model->meshes[i];
     has[CREASES] |= mesh->crease_count > 0;
     has[CORNERS] |= mesh->sharp_point_count > 0;
     has[HOLES] |= mesh->hole_count > 0;
-    has[DETAILS] |= mesh->detail_count > 0 && query->details;
+    has[DETAILS] |= mesh->detail_count > 0 && request->query.details;
     has[GROUPS] |= mesh->face_groups != NULL;
     has[RULES] |= mesh->tag_boundary != TW_TAG_UNSET || mesh->tag_uv != TW_TAG_UNSET ||
                   mesh->tag_creasing != TW_TAG_UNSET || mesh->tag_triangles != TW_TAG_UNSET;
   }
+  int joinable;
+  tw_status status = find_joinable(model, api_entry_value(request->plan), &joinable);
+  has[SEAMS] = joinable & API_JOINABLE_SEAMS;
+  has[POINTS] = joinable & API_JOINABLE_POINTS;
+  return status;
+}
+
+/* Tells of a cage that triangles, or a packed encoding, have no place for: an upload of the answer is another
+ * cage. Hard edges that the file shows by its normals or an angle are told by those of triangles, too. */
+static api_outcome warn_of_lost_cage(api_call *call, const api_surface_request *request) {
+  static const char *const names[CAGE_PARTS] = {"creases",
+                                                "corners",
+                                                "holes",
+                                                "details",
+                                                "groups",
+                                                "seams between equal values",
+                                                "points apart at one place",
+                                                "rules"};
+  const api_plan *plan = api_entry_value(request->plan);
+  bool is_ngon = request->query.polygons == TW_POLYGONS_NGON;
+  bool is_packed = request->query.encoding != TW_ENCODING_FLOAT;
+  if (!may_lose_cage(request)) return API_DONE;
+  bool has[CAGE_PARTS] = {
+      [CREASES] = is_ngon && plan->hard.edges > 0, [CORNERS] = is_ngon && plan->hard.corners > 0};
+  if (find_cage_parts(request, has) != TW_OK) return api_fail_without_memory(call);
   tw_text text = {0};
-  for (int kind = 0; kind < KINDS; kind++) {
-    if (!has[kind]) continue;
-    tw_text_add(&text,
-                text.size > 0 ? ", " : "encoding=float alone keeps what the cage has besides polygons: ");
-    tw_text_add(&text, names[kind]);
+  tw_text_add(&text, is_ngon ? "" : "polygons=ngon");
+  tw_text_add(&text, is_ngon || !is_packed ? "" : " with ");
+  tw_text_add(&text, is_packed ? "encoding=float" : "");
+  tw_text_add(&text, " alone keeps what the cage has besides ");
+  tw_text_add(&text, is_ngon ? "polygons" : "triangles");
+  size_t begin = text.size;
+  for (int part = 0; part < CAGE_PARTS; part++) {
+    if (!has[part]) continue;
+    tw_text_add(&text, text.size > begin ? ", " : ": ");
+    tw_text_add(&text, names[part]);
   }
-  return text.size > 0 ? api_call_warn_text(call, &text) : API_DONE;
+  if (text.size > begin || text.failed) return api_call_warn_text(call, &text);
+  tw_text_deinit(&text);
+  return API_DONE;
 }
 
 /* The points of a mesh that follow more joints than `most`. */
@@ -283,7 +335,7 @@ static api_outcome answer_surface(api_call *call, api_surface_request *request, 
   if (form->is_gltf) outcome = api_scene_animate(call, model, &request->scene);
   if (outcome == API_DONE) outcome = warn_of_hard_edges(call, request);
   if (outcome == API_DONE) outcome = warn_of_polygons(call, request);
-  if (outcome == API_DONE) outcome = warn_of_packed_cage(call, request);
+  if (outcome == API_DONE) outcome = warn_of_lost_cage(call, request);
   if (outcome == API_DONE) outcome = warn_of_influences(call, request);
   if (outcome == API_DONE) warn_of_baking(call, request);
   if (outcome == API_DONE) warn_of_lost_tracks(call, request);

@@ -1,5 +1,5 @@
-/* Buffer views compressed by EXT_meshopt_compression: https://github.com/KhronosGroup/glTF, extensions 2.0.
- */
+/* Buffer views compressed by EXT_meshopt_compression or KHR_meshopt_compression:
+ * https://github.com/KhronosGroup/glTF, extensions 2.0. */
 #ifndef TWEEND_MESHOPT_READ_H
 #define TWEEND_MESHOPT_READ_H
 
@@ -18,7 +18,8 @@ typedef enum tw_meshopt_filter {
   TW_MESHOPT_NONE,
   TW_MESHOPT_OCTAHEDRAL,
   TW_MESHOPT_QUATERNION,
-  TW_MESHOPT_EXPONENTIAL
+  TW_MESHOPT_EXPONENTIAL,
+  TW_MESHOPT_COLOR
 } tw_meshopt_filter;
 
 /* A compressed view as the extension describes it: `count` elements of `stride` bytes each. */
@@ -27,6 +28,10 @@ typedef struct tw_meshopt_view {
   tw_meshopt_mode mode;
   tw_meshopt_filter filter;
 } tw_meshopt_view;
+
+/* The most bytes that one compressed byte stands for: a byte of version 1 that says of four columns of a
+ * block of 256 elements that they repeat. */
+enum { TW_MESHOPT_EXPANSION_MAX = 1024 };
 
 /* Decodes bytes [size], which may be hostile. out: [count * stride], aligned for floats; undefined after a
  * failure. TW_INVALID if the view breaks a rule of the extension or the bytes are damaged. O(out). */

@@ -402,7 +402,9 @@ static bool find_equal_seams(const tw_scene *scene, bool *out) {
   *out = false;
   for (uint32_t i = 0; i < scene->model->mesh_count && !*out; i++) {
     const tw_mesh *mesh = &scene->model->meshes[i];
-    if (mesh->uv_set_count > 0 && tw_mesh_has_equal_seams(mesh, 0, out) != TW_OK) return false;
+    tw_channel channels[TW_CHANNELS_MAX]; /* the UV sets first */
+    tw_mesh_channels(mesh, channels);
+    if (mesh->uv_set_count > 0 && tw_mesh_has_equal_seams(mesh, &channels[0], out) != TW_OK) return false;
   }
   return true;
 }

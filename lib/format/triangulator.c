@@ -96,13 +96,17 @@ static bool is_apart(uint32_t vertex, const uint32_t *previous, const uint32_t *
  * the previous face does not start from. */
 bool tw_fan_start(const uint32_t *corners, uint32_t size, const tw_face_cut *cut, const uint32_t *previous,
                   const uint32_t *next, uint32_t *start) {
+  static const uint32_t quad_starts[] = {0, 2, 1,
+                                         3}; /* the diagonal of write_quads first: a quad may be bent */
   for (uint32_t i = 0; cut && i < cut->fan_count; i++)
     if (is_apart(corners[cut->fans[i]], previous, next)) {
       *start = cut->fans[i];
       return true;
     }
-  for (*start = 0; *start < size; ++*start)
+  for (uint32_t i = 0; i < size; i++) {
+    *start = size == 4 ? quad_starts[i] : i;
     if (is_apart(corners[*start], previous, next)) return !cut;
+  }
   for (*start = 0; *start + 1 < size && !is_apart(corners[*start], previous, NULL);) ++*start;
   return !cut;
 }

@@ -40,9 +40,9 @@ tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_arena *arena, tw_merged *out, tw
  * arrays are written to. O(points + corners). */
 void tw_mesh_drop_points(tw_mesh *mesh, uint32_t *had_face);
 
-/* Whether the UV set has a seam between equal values: two values at a point that tw_mesh_close_seams makes
- * one. O(n log n). TW_NO_MEMORY. */
-tw_status tw_mesh_has_equal_seams(const tw_mesh *mesh, uint32_t uv_set, bool *out);
+/* Whether a channel of the mesh has a seam between equal values: two values at a point that
+ * tw_mesh_close_seams makes one. O(corners + n log n) with n corners at seams. TW_NO_MEMORY. */
+tw_status tw_mesh_has_equal_seams(const tw_mesh *mesh, const tw_channel *channel, bool *out);
 
 /* Merges points within a distance of each other as tw_weld_within does; 0 merges points at the same place.
  * Tags follow their points and faces; attributes and texture coordinates as in tw_mesh_close_seams, but equal

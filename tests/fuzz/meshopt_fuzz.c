@@ -8,7 +8,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size) {
   if (size < 4) return 0;
   const tw_meshopt_view view = {.mode = (tw_meshopt_mode)(bytes[0] % 3),
-                                .filter = (tw_meshopt_filter)(bytes[1] % 4),
+                                .filter = (tw_meshopt_filter)(bytes[1] % 5),
                                 .stride = (uint64_t)bytes[2] + 1,
                                 .count = bytes[3]};
   if (tw_meshopt_check(&view, view.count * view.stride, NULL) != TW_OK) return 0;

@@ -117,33 +117,49 @@ test('surface.json tells the size of a compressed answer, which HEAD knows from 
   assert.equal((await answer(model, query)).length, bytes);
 });
 
-test('what a cage loses with an encoding is told, and nothing else', async () => {
-  const square = 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n';
-  const kinds = {
-    '': 'f 1 2 3 4\n',
-    creases: 'f 1 2 3 4\nt crease 2/1/0 0 1 2.5\n',
-    corners: 'f 1 2 3 4\nt corner 1/1/0 3 2\n',
-    holes: 'v 0 0 1\nf 1 2 3 4\nf 1 5 2\nt hole 1/0/0 1\n',
-    groups: 'g roof\nf 1 2 3 4\n',
-    rules: 'f 1 2 3 4\nt interpolateboundary 1/0/0 2\n',
-  };
+test('what a cage loses with triangles or an encoding is told, and nothing else', async () => {
+  const square = 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 2 0\nv 1 2 0\n';
+  const texture = 'vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 1 2\nvt 0 2\n';
+  const rule = 't interpolateboundary 1/0/0 1\n';
+  // [what is lost, the faces]
+  const kinds = [
+    ['', 'f 1 2 3 4\nf 4 3 6 5\n'],
+    ['creases', 'f 1 2 3 4\nf 4 3 6 5\nt crease 2/1/0 2 3 2.5\n'],
+    ['corners', 'f 1 2 3 4\nf 4 3 6 5\nt corner 1/1/0 3 2\n'],
+    ['holes', 'f 1 2 3 4\nf 4 3 6 5\nt hole 1/0/0 1\n'],
+    ['groups', 'g roof\nf 1 2 3 4\ng wall\nf 4 3 6 5\n'],
+    ['rules', 'f 1 2 3 4\nf 4 3 6 5\nt interpolateboundary 1/0/0 2\n'],
+    ['seams between equal values, rules', `${texture}vt 0 1\nvt 1 1\nf 1/1 2/2 3/3 4/4\nf 4/7 3/8 6/5 5/6\n${rule}`],
+    // Where the values are equal at one end of the edge alone, readers keep the seam.
+    ['rules', `${texture}vt .5 1\nvt 1 1\nf 1/1 2/2 3/3 4/4\nf 4/7 3/8 6/5 5/6\n${rule}`],
+    ['rules', `${texture}f 1/1 2/2 3/3 4/4\nf 4/4 3/3 6/5 5/6\n${rule}`],
+    ['points apart at one place, rules', `v 0 1 0\nv 1 1 0\nf 1 2 3 4\nf 7 8 6 5\n${rule}`],
+    ['rules', `v 0 1 0\nv 1 1 0.5\nf 1 2 3 4\nf 7 8 6 5\n${rule}`], // apart at one end
+  ];
   const facts = async (model) => {
-    const { meshes: [{ creases, corners, holes, groups }] } = await (await fetch(model)).json();
-    return { creases, corners, holes, groups: groups.map(({ name }) => name) };
+    const { meshes: [{ creases, corners, holes, groups, vertices }] } = await (await fetch(model)).json();
+    const lines = (await (await fetch(`${model}/surface.obj?level=1&boundary=edge-only`)).text()).split('\n');
+    const texture = lines.filter((line) => line.startsWith('vt ')).length;
+    return { creases, corners, holes, vertices, groups: groups.map(({ name }) => name), texture };
   };
-  for (const [kind, faces] of Object.entries(kinds)) {
+  for (const [lost, faces] of kinds) {
     const model = await daemon.upload(square + faces);
     const cage = await facts(model);
-    for (const encoding of ['float', 'quantized', 'meshopt']) {
-      const query = `${model}/surface.glb?level=0&polygons=ngon&normals=none&encoding=${encoding}`;
-      const response = await fetch(query);
-      const warning = decodeURIComponent(response.headers.get('X-Tweend-Warning') ?? '');
-      const again = await facts(await daemon.upload(Buffer.from(await response.arrayBuffer())));
-      if (encoding === 'float' || kind === '') assert.deepEqual([again, warning], [cage, ''], `${kind} ${encoding}`);
-      else assert.match(warning, new RegExp(`encoding=float alone keeps .*: ${kind}$`));
-      if (encoding !== 'float' && kind in cage) assert.notDeepEqual(again, cage, kind); // or there would be nothing to tell
-      const { headers } = await fetch(query.replace('level=0', 'level=1'));
-      assert.equal(headers.get('X-Tweend-Warning'), null);
-    }
+    for (const polygons of ['ngon', 'triangles'])
+      for (const encoding of ['float', 'quantized', 'meshopt']) {
+        const query = `${model}/surface.glb?level=0&polygons=${polygons}&normals=none&encoding=${encoding}`;
+        const response = await fetch(query);
+        const warning = decodeURIComponent(response.headers.get('X-Tweend-Warning') ?? '');
+        const again = await facts(await daemon.upload(Buffer.from(await response.arrayBuffer())));
+        const keepers = [...(polygons === 'ngon' ? [] : ['polygons=ngon']), ...(encoding === 'float' ? [] : ['encoding=float'])];
+        const besides = polygons === 'ngon' ? 'polygons' : 'triangles';
+        const told = `1; ${keepers.join(' with ')} alone keeps what the cage has besides ${besides}: ${lost}`;
+        assert.equal(warning, lost && keepers.length > 0 ? told : '', `${lost} ${polygons} ${encoding}`);
+        // Facts have no rules; anything else that is told is lost, or there would be nothing to tell.
+        if (warning === '' || lost === 'rules') assert.deepEqual(again, cage, `${lost} ${polygons} ${encoding}`);
+        else assert.notDeepEqual(again, cage, `${lost} ${polygons} ${encoding}`);
+        for (const other of [query.replace('level=0', 'level=1'), `${query}&limit=true`, query.replace('surface.glb', 'surface.json')])
+          assert.equal((await fetch(other)).headers.get('X-Tweend-Warning'), null, other);
+      }
   }
 });

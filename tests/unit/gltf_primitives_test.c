@@ -273,6 +273,23 @@ TEST(faces_become_fans_by_material) {
     }
 }
 
+TEST(bent_quads_have_the_same_diagonal_as_ngons) {
+  /* Both begin at the point in the middle, which FB_ngon_encoding does not allow. */
+  fixture f;
+  fixture_init(&f, "v 0 0 0\nv 1 0 0\nv 1 1 .5\nv 0 1 0\nv -1 1 .7\nv -1 0 0\nf 1 2 3 4\nf 1 4 5 6\n");
+  fixture_refine(&f, 0, false);
+  for (int ngons = 0; ngons < 2; ngons++) {
+    f.scene.polygons = ngons ? TW_POLYGONS_NGON : TW_POLYGONS_TRIANGLES;
+    glb file = write_glb(&f.scene);
+    int indices = (int)number(primitive(&file, 0, 0), "indices", UINT32_MAX);
+    const uint32_t triangles[] = {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5}, fans[] = {4, 5, 0, 4, 0, 3};
+    for (uint32_t i = 0; i < 12; i++)
+      assert_int_equal(read_index(&file, indices, i), ngons && i >= 6 ? fans[i - 6] : triangles[i]);
+    free_glb(&file);
+  }
+  fixture_deinit(&f);
+}
+
 static bool same_point(const float a[3], const float b[3]) {
   return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
 }

@@ -68,6 +68,51 @@ TEST(damaged_views_are_refused) {
   }
 }
 
+/* The same points in version 1, as meshoptimizer 1.3 encodes them at level 3: columns without deltas and
+ * literal ones, then the tail, whose last bytes are the modes of the channels: exclusive or, pairs of bytes,
+ * bytes. */
+static const uint8_t points_1[40] = {0xA1, 0xEA, 0xEA, 0xEA, 0, 0x7F, 0, 0x7F, 0, 0,    0x7F, 0, 0, 0,
+                                     0,    0x7E, 0,    0,    0, 0,    0, 0,    0, 0,    0,    0, 0, 0,
+                                     0,    0,    0,    0,    0, 0,    0, 0,    0, 0x12, 0x01, 0};
+
+TEST(version_1_decodes_and_is_refused_where_damaged) {
+  float floats[12];
+  uint8_t *out = (uint8_t *)floats;
+  assert_int_equal(tw_meshopt_decode(&points, points_1, sizeof points_1, out, NULL), TW_OK);
+  assert_memory_equal(floats, positions, sizeof floats);
+  for (size_t cut = 0; cut < sizeof points_1; cut++) {
+    uint8_t *exact = malloc(cut + 1);
+    memcpy(exact, points_1, cut);
+    assert_int_equal(tw_meshopt_decode(&points, exact, cut, out, NULL), TW_INVALID);
+    free(exact);
+  }
+  static const uint8_t modes[] = {0x03, 0x10, 0x21, 0xFF}; /* unknown, or turned where nothing is */
+  uint8_t packed[sizeof points_1 + 1];
+  memcpy(packed, points_1, sizeof points_1);
+  for (size_t i = 0; i < sizeof modes; i++) {
+    packed[sizeof points_1 - 1] = modes[i];
+    assert_int_equal(tw_meshopt_decode(&points, packed, sizeof points_1, out, NULL), TW_INVALID);
+  }
+  memcpy(packed + 17, points_1 + 16, sizeof points_1 - 16); /* a byte too much before the tail */
+  assert_int_equal(tw_meshopt_decode(&points, packed, sizeof packed, out, NULL), TW_INVALID);
+}
+
+TEST(colors_are_filtered_whatever_they_say) {
+  /* Of meshoptimizer 1.3, with what its decoder makes of them; then nonsense: no range, and far beyond it. */
+  static const uint8_t rows[5][4] = {{0x7F, 0x7F, 0, 0xFF},
+                                     {0, 0, 0, 0x80},
+                                     {0xCF, 0xA1, 0x2F, 0xC0},
+                                     {0x10, 0x10, 0x10, 0},
+                                     {0xFF, 0x7F, 0x80, 1}};
+  static const uint8_t colors[5][4] = {
+      {254, 127, 0, 255}, {0, 0, 0, 0}, {65, 254, 255, 128}, {255, 255, 0, 0}, {255, 255, 255, 0}};
+  const tw_meshopt_view view = {5, 4, TW_MESHOPT_ATTRIBUTES, TW_MESHOPT_COLOR};
+  uint8_t packed[ROOM], out[20];
+  size_t size = meshopt_encodeVertexBuffer(packed, ROOM, rows, 5, 4);
+  assert_int_equal(tw_meshopt_decode(&view, packed, size, out, NULL), TW_OK);
+  assert_memory_equal(out, colors, sizeof out);
+}
+
 /* A GLB as gltfpack writes it: the second buffer holds nothing. */
 static tw_status read_packed(uint32_t count, tw_model **out, tw_error *error) {
   static const char text[] =

@@ -70,6 +70,11 @@ public:
     return found.first->second;
   }
 
+  bool has(const std::string &uri) const {
+    std::string path = simplify_path(decode_percent(uri));
+    return paths_.count(path) + bases_.count(base_of(path)) > 0;
+  }
+
 private:
   std::multimap<std::string, uint32_t> paths_, bases_;
 };
@@ -114,6 +119,7 @@ public:
 
   // Finds the place of each file in the BIN chunk. False if the document names no file.
   bool place() {
+    find_needed_buffers();
     each(buffer_array_, [&](size_t i, const char *buffer) { place_buffer(buffer, i); });
     each(image_array_, [&](size_t i, const char *image) { place_image(image, i); });
     uint32_t next = 1; // behind the BIN chunk
@@ -163,6 +169,7 @@ private:
   std::vector<Buffer> buffers_;
   uint64_t bin_size_;
   bool has_files_ = false;
+  std::vector<bool> needed_;     // of the buffers: holds bytes that are read
   size_t merged_count_ = 0;      // buffers that came as files, or as the BIN chunk
   const char *merged_ = nullptr; // the last of them
 
@@ -172,6 +179,29 @@ private:
   }
 
   // ---- placing
+
+  // Finds the buffers in which the bytes of views are, compressed or not. One that only stands in for
+  // compressed bytes may be left at home.
+  void find_needed_buffers() {
+    needed_.assign(buffer_array_ ? tw_json_count(buffer_array_) : 0, true);
+    auto set = [&](const char *object, bool is_needed) {
+      uint64_t buffer = whole_number(tw_json_member(object, "buffer")).value_or(UINT64_MAX);
+      if (buffer < needed_.size()) needed_[static_cast<size_t>(buffer)] = is_needed;
+    };
+    each(view_array_, [&](size_t, const char *view) {
+      if (compression_of(view)) set(view, false);
+    });
+    each(view_array_, [&](size_t, const char *view) {
+      const char *compressed = compression_of(view);
+      set(compressed ? compressed : view, true);
+    });
+  }
+
+  static const char *compression_of(const char *view) {
+    const char *extensions = tw_json_member(view, "extensions");
+    const char *ext = tw_json_member(extensions, "EXT_meshopt_compression");
+    return ext ? ext : tw_json_member(extensions, "KHR_meshopt_compression");
+  }
 
   uint64_t place_file(uint32_t file) {
     if (offsets_[file] == UINT64_MAX) {
@@ -185,7 +215,8 @@ private:
 
   void place_buffer(const char *object, size_t index) {
     Buffer buffer = {false, 0, 0, declared_length(object)};
-    if (std::optional<std::string> uri = file_uri(object)) {
+    std::optional<std::string> uri = file_uri(object);
+    if (uri && (needed_[index] || names_.has(*uri))) {
       uint32_t file = names_.find(*uri, text("/buffers/", index, "/uri"));
       if (buffer.length > files_[file].size)
         refuse(TW_INVALID, text("/buffers/", index, "/byteLength"), "the file of the buffer has only ",

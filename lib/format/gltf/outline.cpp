@@ -297,7 +297,7 @@ private:
         integer_of(value, "count", place), integer_of(value, "byteStride", place),
         static_cast<tw_meshopt_mode>(word(value, "mode", "ATTRIBUTES TRIANGLES INDICES", place)),
         static_cast<tw_meshopt_filter>(
-            word(value, "filter", "NONE OCTAHEDRAL QUATERNION EXPONENTIAL", place))};
+            word(value, "filter", "NONE OCTAHEDRAL QUATERNION EXPONENTIAL COLOR", place))};
     tw_error error = {};
     if (packed.buffer >= buffers_.size())
       refuse(TW_INVALID, place.pointer(""), "the compressed bytes are in no buffer");
@@ -306,9 +306,7 @@ private:
       refuse(TW_INVALID, place.pointer(""), "the compressed bytes go past their buffer");
     if (tw_meshopt_check(&form, views_[i].length, &error) != TW_OK)
       refuse(TW_INVALID, place.pointer(""), error.detail);
-    // At best 16 bytes of a column become a header of two bits, and an index a byte: no byte decodes to more
-    // than 64.
-    if (views_[i].length > 64 * packed.length)
+    if (views_[i].length / TW_MESHOPT_EXPANSION_MAX > packed.length)
       refuse(TW_INVALID, place.pointer(""), "the compressed bytes are too few for what they say to hold");
     budget_.place = place.pointer("");
     Vector<uint8_t> decoded(budget_, static_cast<size_t>(views_[i].length), 0);
@@ -416,12 +414,12 @@ private:
              unsupported_ == "KHR_draco_mesh_compression"
                  ? ": `gltf-transform copy IN OUT` writes the file without it"
                  : "");
-    std::vector<bool> is_read = find_read_buffers();
+    std::vector<bool> is_read = find_read_buffers(), is_fallback = find_fallback_buffers();
     for (size_t i = 0; i < buffers_.size(); i++) {
       if (is_read[i])
         open_buffer(i);
       else
-        skip_buffer();
+        skip_buffer(is_fallback[i]);
     }
     for (size_t i = 0; i < views_.size(); i++) check_view(i);
     tell_idle_bytes();
@@ -436,26 +434,35 @@ private:
         refuse(TW_INVALID, text("/images/", image.index, "/bufferView"), "there is no such buffer view");
   }
 
-  // Which buffers a view that is read lies in, itself or its compressed bytes.
+  // Which buffers bytes lie in that are read: those of a view, compressed or not.
   std::vector<bool> find_read_buffers() const {
     std::vector<bool> is_read(buffers_.size());
     auto mark = [&](uint64_t buffer) {
       if (buffer < is_read.size()) is_read[static_cast<size_t>(buffer)] = true;
     };
-    for (size_t i = 0; i < views_.size(); i++)
-      if (views_[i].compressed) {
-        mark(views_[i].buffer);
-        mark(whole_number(tw_json_member(views_[i].compressed, "buffer")).value_or(0));
-      }
-    for (uint64_t view : read_views_)
-      if (view < views_.size()) mark(views_[static_cast<size_t>(view)].buffer);
+    for (const View &view : views_)
+      if (view.compressed) mark(whole_number(tw_json_member(view.compressed, "buffer")).value_or(0));
+    for (uint64_t i : read_views_)
+      if (i < views_.size() && !views_[static_cast<size_t>(i)].compressed)
+        mark(views_[static_cast<size_t>(i)].buffer);
     return is_read;
   }
 
-  void skip_buffer() {
+  // Which buffers would hold a view for readers that cannot decode its compressed bytes, whether they say so
+  // or not. They may be nowhere.
+  std::vector<bool> find_fallback_buffers() const {
+    std::vector<bool> is_fallback(buffers_.size());
+    for (const View &view : views_)
+      if (view.compressed && view.buffer < buffers_.size())
+        is_fallback[static_cast<size_t>(view.buffer)] = true;
+    return is_fallback;
+  }
+
+  void skip_buffer(bool is_fallback) {
     out_.buffers.push_back({nullptr, 0});
-    out_.lose("buffer is left out: nothing that is read lies in it",
-              "buffers are left out: nothing that is read lies in them");
+    if (!is_fallback)
+      out_.lose("buffer is left out: nothing that is read lies in it",
+                "buffers are left out: nothing that is read lies in them");
   }
 
   void open_buffer(size_t i) {
