@@ -320,6 +320,7 @@ spooled() {
     upload "$samples/cube.obj" # short bodies stay in memory
     while kill -0 "${senders[@]}" 2>/dev/null; do
       (($(curl --silent "$url/metrics" | awk '/^tweend_spool_bytes / { print $2 }') <= 8 << 20))
+      pause 0.1 # some fifty looks are enough
     done
     wait "${senders[@]}"
     cat code-"$round"-* | sort | uniq -c

@@ -114,14 +114,29 @@ typedef struct text {
   size_t size, capacity;
 } text;
 
+static void make_room(text *out, size_t size) {
+  size_t wanted = out->size + size;
+  if (wanted <= out->capacity) return;
+  out->capacity = wanted < 2 * out->capacity ? 2 * out->capacity : wanted;
+  out->bytes = realloc(out->bytes, out->capacity);
+  assert_non_null(out->bytes);
+}
+
 static void add(text *out, const char *bytes, size_t size) {
-  while (out->size + size > out->capacity) {
-    out->capacity = out->capacity ? 2 * out->capacity : 1 << 16;
-    out->bytes = realloc(out->bytes, out->capacity);
-    assert_non_null(out->bytes);
-  }
+  make_room(out, size);
   memcpy(out->bytes + out->size, bytes, size);
   out->size += size;
+}
+
+/* As often as it takes for `most` bytes or a few more. */
+static void add_repeatedly(text *out, const char *bytes, size_t size, size_t most) {
+  size_t total = (most + size - 1) / size * size;
+  make_room(out, total + size);
+  char *begin = out->bytes + out->size;
+  memcpy(begin, bytes, size);
+  for (size_t done = size; done < total; done *= 2)
+    memcpy(begin + done, begin, done < total - done ? done : total - done);
+  out->size += total;
 }
 
 static void add_with_number(text *out, const char *pattern, size_t number) {
@@ -162,11 +177,8 @@ static text build(const document *d, size_t size) {
     }
     size_t end = out.size + (size_t)((double)size * p->share), length = strlen(p->text);
     bool is_numbered = strchr(p->text, '%') != NULL;
-    for (size_t number = 0; out.size < end; number++)
-      if (is_numbered)
-        add_with_number(&out, p->text, number);
-      else
-        add(&out, p->text, length);
+    if (!is_numbered) add_repeatedly(&out, p->text, length, end - out.size);
+    for (size_t number = 0; out.size < end; number++) add_with_number(&out, p->text, number);
   }
   quote_bytes(out.bytes, out.size);
   return d->bin ? build_glb(&out, d->bin, elements) : out;
@@ -727,12 +739,6 @@ TEST(gltf_is_read_in_little_memory_and_time) {
 
 /* ---- what bodies come in --------------------------------------------------------------------- */
 
-static text repeat(const void *part, size_t size, size_t megabytes) {
-  text out = {0};
-  while (out.size < megabytes * MEGABYTE) add(&out, part, size);
-  return out;
-}
-
 /* Empty members of a gzip file, and empty or skippable frames of a zstd file: each costs its own start. */
 TEST(many_small_members_and_frames_are_refused) {
   static const uint8_t member[20] = {0x1F, 0x8B, 8, 0, 0, 0, 0, 0, 0, 3, 3};
@@ -748,7 +754,7 @@ TEST(many_small_members_and_frames_are_refused) {
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
     for (size_t count = 65536; count <= 65537; count++) {
       text body = {0};
-      for (size_t part = 0; part < count; part++) add(&body, (const char *)cases[i].part, cases[i].size);
+      add_repeatedly(&body, (const char *)cases[i].part, cases[i].size, count * cases[i].size);
       uint8_t *decoded = NULL;
       size_t size = 0;
       tw_error error;
@@ -799,7 +805,8 @@ TEST(forms_made_to_be_slow_are_read_in_little_time) {
                {"beginnings of the mark", "\r\n--bbbbbbbbbbbbbbbbbbb", TW_SYNTAX},
                {"parts", "\r\n--bbbbbbbbbbbbbbbbbbbb\r\n\r\n", TW_SYNTAX}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-    text body = repeat(cases[i].part, strlen(cases[i].part), 256);
+    text body = {0};
+    add_repeatedly(&body, cases[i].part, strlen(cases[i].part), (size_t)256 * MEGABYTE);
     api_form form;
     tw_arena *arena = tw_arena_create();
     tw_error error;

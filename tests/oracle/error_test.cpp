@@ -17,17 +17,17 @@ struct point {
   double v[3];
 };
 
-point operator-(const point &a, const point &b) {
+inline point operator-(const point &a, const point &b) {
   return {{a.v[0] - b.v[0], a.v[1] - b.v[1], a.v[2] - b.v[2]}};
 }
-point along(const point &a, const point &b, double s) {
+inline point along(const point &a, const point &b, double s) {
   return {{a.v[0] + s * (b.v[0] - a.v[0]), a.v[1] + s * (b.v[1] - a.v[1]), a.v[2] + s * (b.v[2] - a.v[2])}};
 }
-double dot(const point &a, const point &b) {
+inline double dot(const point &a, const point &b) {
   return a.v[0] * b.v[0] + a.v[1] * b.v[1] + a.v[2] * b.v[2];
 }
 
-double to_segment(const point &p, const point &a, const point &b) {
+inline double to_segment(const point &p, const point &a, const point &b) {
   point side = b - a;
   double square = dot(side, side), s = square > 0 ? dot(p - a, side) / square : 0;
   point to = p - along(a, b, std::clamp(s, 0.0, 1.0));
@@ -36,7 +36,7 @@ double to_segment(const point &p, const point &a, const point &b) {
 
 using triangle = std::array<point, 3>;
 
-double to_triangle(const point &p, const triangle &t) {
+inline double to_triangle(const point &p, const triangle &t) {
   point a = t[1] - t[0], b = t[2] - t[0], to = p - t[0];
   double aa = dot(a, a), ab = dot(a, b), bb = dot(b, b), pa = dot(to, a), pb = dot(to, b),
          area = aa * bb - ab * ab;
