@@ -200,7 +200,7 @@ async function readModel() {
   const id = state('model');
   loading?.abort();
   loadingCage?.abort();
-  animation.close();
+  animation.close(isStep());
   model = shown = framed = parts = null;
   isLargeWanted = false;
   rotation.clearGhosts();
