@@ -113,9 +113,10 @@ export class Animation {
     }
   }
 
-  close() {
+  /** isKept: whether the address keeps the time, as it does but for another model. */
+  close(isKept = true) {
     this.controller?.abort();
-    this.pause();
+    this.pause(isKept);
     this.unfollow();
     this.player = this.other = this.clip = this.model = null;
     this.shown = undefined;
@@ -173,12 +174,12 @@ export class Animation {
     this.#run();
   }
 
-  pause() {
+  pause(isKept = true) {
     this.isWanted = false;
     if (!this.playing) return;
     this.player.playing = this.playing = false;
     this.onTime(this.shown);
-    note('t', Math.round(this.shown * 1000) / 1000);
+    if (isKept) note('t', Math.round(this.shown * 1000) / 1000);
   }
 
   /** Goes to a time; at once, or when the poses are there. */

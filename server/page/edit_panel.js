@@ -185,10 +185,10 @@ export class EditPanel {
     render(codeLine('curl', `curl ${key}-H 'Content-Type: application/json' -d ${quote(JSON.stringify(body))} ${quote(tweend.url(path))}`), this.curl);
   }
 
-  /** Enables picking, once the viewport has the cage. */
+  /** Enables picking, once the viewport has the cage: through a step it keeps that of the model before. */
   async openCage() {
     const { model, viewport: { cage } } = this;
-    if (!cage || !this.picker.isOn) return;
+    if (!cage || cage.of !== model?.id || !this.picker.isOn) return;
     const cages = await readCages(cage.parser);
     if (this.model !== model || this.viewport.cage !== cage) return;
     this.picker.close();

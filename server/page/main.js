@@ -12,7 +12,7 @@ import { parse } from './glb.js';
 import { showKeys } from './keys.js';
 import { Look } from './look.js';
 import { Models } from './models.js';
-import { busy, fail, marked, tell } from './notices.js';
+import { busy, fail, isUnanswered, marked, tell } from './notices.js';
 import { edgesOf, Opening } from './opening.js';
 import { Outliner } from './outliner.js';
 import { OverlayChips } from './overlay_chips.js';
@@ -200,7 +200,7 @@ async function readModel() {
   const id = state('model');
   loading?.abort();
   loadingCage?.abort();
-  animation.close();
+  animation.close(isStep());
   model = shown = framed = parts = null;
   isLargeWanted = false;
   rotation.clearGhosts();
@@ -267,9 +267,10 @@ async function keepThumbnail(id) {
 }
 
 /** The level to show in place of one that was refused, cancelled or broken: the highest that there is, else the control mesh;
- *  null where not even that can be. */
-async function levelInstead({ level, ...options }, { status }, signal) {
-  if (level === 0 || [401, 403, 404].includes(status)) return null;
+ *  null where not even that can be, or where the daemon does not answer: the same may be there later. */
+async function levelInstead({ level, ...options }, error, signal) {
+  const { status } = error;
+  if (level === 0 || isUnanswered(error) || [401, 403, 404].includes(status)) return null;
   if (![400, 422].includes(status)) return 0;
   const highest = await opening.highest(model, options, { signal }).catch(() => null); // nor are the others
   return highest < level ? highest : null;
@@ -280,6 +281,8 @@ function goBack(instead) {
   if (shown) return change(shown);
   if (instead !== null) return change({ level: instead });
   viewport.clearModel();
+  dropOldCage(model);
+  delete byId('view').dataset.level;
   if (!viewport.cage) sayBlank('Nothing is shown', again);
   return undefined;
 }
@@ -329,7 +332,12 @@ async function loadCage(described, signal) {
   if (edgesOf(described) === 0 || isTooLarge(described)) return null;
   const parsed = await opening.cage(described, surfaceOptions(), { signal });
   const faced = parsed.bearers.filter(([, mesh]) => described.meshes[mesh].faces > 0);
-  return new Cage(parsed, faced, await creasesOf(parsed.parser));
+  return Object.assign(new Cage(parsed, faced, await creasesOf(parsed.parser)), { of: described.id });
+}
+
+/** Takes away the cage of the model before, which stays through a step until the next is there. */
+function dropOldCage({ id }) {
+  if (viewport.cage?.of !== id) viewport.setCage(null);
 }
 
 async function readCage(described) {
@@ -342,10 +350,12 @@ async function readCage(described) {
     const cage = await loadCage(described, signal);
     signal.throwIfAborted();
     viewport.setCage(cage);
+    if (cage) blank.hidden = true;
     animation.pose();
     overlays.showLegend(model);
     edit.openCage();
   } catch (error) {
+    if (!signal.aborted) dropOldCage(described);
     fail('The cage cannot be shown', error, () => openCage(described));
   } finally {
     task?.done();

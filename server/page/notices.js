@@ -6,7 +6,7 @@ import { byId, make } from './dom.js';
 import { isStep, watch } from './state.js';
 
 /** Whether an error means that a request got no answer, in the words of browsers. */
-const isUnanswered = (error) => error instanceof TypeError && /fetch|network|load failed|upload failed/i.test(error.message);
+export const isUnanswered = (error) => error instanceof TypeError && /fetch|network|load failed|upload failed/i.test(error.message);
 
 /** An error as a list of elements: title, detail, places. */
 export function explain(error) {

@@ -1,21 +1,24 @@
-// Prints how long the page takes to its first picture, in browsers that have drawn nothing yet, and the processor time
-// of the daemon, the browser and this program together; then the longest tasks of the page while a hand turns a scan of 300,000
-// triangles, which is drawn without a graphics card.
+// Prints the processor time of all of a browser's processes until the page has shown its first picture, beside that of a page
+// which only clears a canvas: in a new tab of a browser that runs, with an empty cache, and of a browser that is started for it.
+// Then the longest tasks of the page while a hand turns a scan of 300,000 triangles, which is drawn without a graphics card.
 // usage: node tests/bench/page.mjs BUILD-FOLDER
 import { readdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
+import { setTimeout as pause } from 'node:timers/promises';
 import { IN_SOFTWARE, launch } from '../browser/chromium.mjs';
 import { ALL_PIXELS, DESKTOP, drop, Visit } from '../browser/page_driver.mjs';
 import { Daemon } from '../node/daemon.mjs';
+import { BareBrowser } from './bare_browser.mjs';
 
 const [build = 'build-bench'] = process.argv.slice(2);
-const TRIES = 5;
+const TRIES = 7;
+const START_MS = 300; // that a tab gets to start before it is given an address
 const TICK = 10; // ms
 const TURN_MS = 5000;
 process.env.TESTED_BINARY = join(build, 'tweend');
 
-/** Milliseconds of processor time that this process and those that it started have used. */
-function processorTime() {
+/** Milliseconds of processor time that a process and those that it started have used. */
+function processorTime(first) {
   const started = new Map();
   for (const pid of readdirSync('/proc').filter((name) => /^\d+$/.test(name))) {
     try {
@@ -26,7 +29,7 @@ function processorTime() {
       // it has ended
     }
   }
-  const isOwn = (pid) => pid === process.pid || (started.has(pid) && isOwn(started.get(pid).parent));
+  const isOwn = (pid) => pid === first || (started.has(pid) && isOwn(started.get(pid).parent));
   return TICK * [...started].reduce((sum, [pid, { ticks }]) => sum + (isOwn(pid) ? ticks : 0), 0);
 }
 
@@ -104,22 +107,49 @@ async function turnScan(daemon) {
   }
 }
 
-const daemon = new Daemon(['--sample']);
-await daemon.start();
-try {
-  for (let i = 0; i < TRIES; i++) {
-    const browser = await launch(IN_SOFTWARE);
+const BLANK = `data:text/html,${encodeURIComponent(`<canvas width="900" height="640"></canvas><script>requestAnimationFrame(() => {
+  const canvas = document.querySelector('canvas');
+  canvas.getContext('webgl2').clear(WebGL2RenderingContext.COLOR_BUFFER_BIT);
+  canvas.dataset.frames = 1;
+})</script>`)}`;
+
+/** Milliseconds of processor time until a page has shown its first picture: {tab: of its tab in a browser that has shown another,
+ *  browser: of a browser that shows nothing else}, and of the clock. */
+async function firstPicture(url) {
+  const took = {};
+  for (const where of ['tab', 'browser']) {
+    const browser = await BareBrowser.start(IN_SOFTWARE);
     try {
-      const before = processorTime();
-      const visit = await Visit.begin(browser, `${daemon.url}/`, { ...DESKTOP, ...ALL_PIXELS, choosesLevel: true });
-      await visit.wait(() => document.querySelector('canvas').dataset.level !== undefined);
-      const took = await visit.page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))).then(() => performance.now()));
-      console.log(`first picture after ${Math.round(took)} ms, ${processorTime() - before} ms of processor time`);
-      await visit.end();
+      if (where === 'tab') await (await browser.tab(DESKTOP.viewport)).open(BLANK);
+      const tab = await browser.tab(DESKTOP.viewport);
+      await pause(START_MS);
+      const before = where === 'tab' ? processorTime(browser.process.pid) : 0;
+      took.clock = await tab.open(url);
+      took[where] = processorTime(browser.process.pid) - before;
     } finally {
       await browser.close();
     }
   }
+  return took;
+}
+
+const middle = (values) => values.toSorted((a, b) => a - b)[Math.floor(values.length / 2)];
+
+async function comparePictures(daemon) {
+  const pages = { 'a cleared canvas': BLANK, 'the page': `${daemon.url}/` };
+  const took = { 'a cleared canvas': [], 'the page': [] };
+  for (let i = 0; i < TRIES; i++)
+    for (const [name, url] of Object.entries(pages)) took[name].push(await firstPicture(url));
+  for (const [name, all] of Object.entries(took)) {
+    const told = (what) => `${middle(all.map((one) => one[what]))} ms, at least ${Math.min(...all.map((one) => one[what]))}`;
+    console.log(`${name}: first picture after ${Math.round(middle(all.map(({ clock }) => clock)))} ms; processor time of the tab ${told('tab')}, of the whole browser ${told('browser')}`);
+  }
+}
+
+const daemon = new Daemon(['--sample']);
+await daemon.start();
+try {
+  await comparePictures(daemon);
   await turnScan(daemon);
 } finally {
   await daemon.remove();

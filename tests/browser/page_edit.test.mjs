@@ -134,6 +134,45 @@ visits('the picture is not empty between two steps', { hash }, async (visit) => 
   await visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
 });
 
+visits('through an edit nothing is selected from the cage before, and without an answer the level is kept', { ...UNDRAWN, hash }, async (visit) => {
+  await visit.level(2);
+  const modeller = new Modeller(visit);
+  const { page } = modeller;
+  const takesClicks = () => page.evaluate(() => 'pickable' in document.querySelector('canvas').dataset);
+  const extrude = async (distance) => {
+    await page.getByLabel('Extrude: distance').fill(distance);
+    await page.getByRole('button', { name: 'Extrude', exact: true }).click();
+    await visit.wait((wanted) => document.querySelector('[aria-label=Edits]').value.includes(`"distance":${wanted}}`), distance);
+  };
+  await modeller.box('1, 2, 3');
+  await page.getByLabel('Selection').fill('[0]');
+  await page.keyboard.press('Enter');
+  const release = await visit.hold('**/surface.glb?level=0**');
+  await extrude('0.375');
+  await visit.wait(() => document.getElementById('facts').textContent.startsWith('Level 2'));
+  assert.equal(await takesClicks(), false);
+  release();
+  await modeller.ready();
+  await page.unrouteAll();
+
+  await page.route('**/surface.glb**', (route) => route.abort());
+  await extrude('0.625');
+  const word = page.locator('.empty', { hasText: 'Nothing is shown' });
+  await word.waitFor();
+  const made = await visit.model();
+  const again = (about) => page.locator('.notice', { hasText: `${about} cannot be shown` }).getByRole('button', { name: 'Try again' });
+  await again('The cage').waitFor();
+  assert.equal(await takesClicks(), false);
+  await page.unrouteAll();
+  await again('Level 2').click();
+  await visit.level(2);
+  await again('The cage').click();
+  await modeller.ready();
+  assert.ok(await word.isHidden());
+  assert.equal(await visit.model(), made);
+  visit.faults = visit.faults.filter((fault) => !fault.includes('net::ERR_FAILED')); // visits after this one have others
+});
+
 visits('the list of edits is changed as text, and taken back', { ...UNDRAWN, hash, refused: [422] }, async (visit) => {
   await visit.level(2);
   const modeller = new Modeller(visit);

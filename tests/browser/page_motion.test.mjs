@@ -202,6 +202,22 @@ visits('a clip that stops at its end stays there', { ...UNDRAWN, hash: '#loop=cl
   await visit.page.getByRole('button', { name: 'Play' }).waitFor();
 });
 
+visits('the time of a clip that plays is not carried to another model', UNDRAWN, async (visit) => {
+  await visit.level(2);
+  const { page } = visit;
+  const shows = (name) => visit.wait((wanted) => document.getElementById('subject').textContent === wanted, name);
+  const time = async () => new URLSearchParams(new URL(await visit.address()).hash.slice(1)).get('t');
+  await page.getByRole('button', { name: 'Play', exact: true }).click();
+  await visit.wait(() => parseFloat(document.querySelector('.clock').textContent) > 0.2);
+  await page.locator('.model', { hasText: 'cube.obj' }).click();
+  await shows('cube.obj');
+  assert.equal(await time(), null);
+  await page.goBack();
+  await shows('tank.json');
+  assert.equal(await time(), null);
+  await visit.drawn();
+});
+
 visits('gimbal lock appears, and the best order takes it away', { hash: '#tab=animation', colorScheme: 'dark' }, async (visit) => {
   await visit.level(2);
   const locked = () => visit.page.locator('.band [data-locked=true]').count();

@@ -351,7 +351,7 @@ visits('in a browser that keeps nothing all works', { ...UNDRAWN, first: 'cube.o
   await visit.wait(() => document.getElementById('subject').textContent === 'pyramid.obj');
 });
 
-visits('a page magnified to 400 %, and a phone held sideways, have a panel that can be read, and all tools', { ...UNDRAWN, first: 'cube.obj' }, async (visit) => {
+visits('a page magnified to 400 %, and a phone held sideways, have a panel that can be read, and all tools', { ...UNDRAWN, first: 'tank.json' }, async (visit) => {
   await visit.level(2);
   const slider = visit.page.getByRole('slider', { name: 'Level' }).first();
   for (const viewport of [{ width: 320, height: 200 }, { width: 844, height: 390 }]) {
@@ -373,6 +373,7 @@ visits('a page magnified to 400 %, and a phone held sideways, have a panel that 
       return element.contains(document.elementFromPoint(left + width / 2, top + height / 2));
     });
     assert.ok(isSeen, `${viewport.width} pixels wide`);
+    assert.ok(await visit.page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), `nothing reaches beyond ${viewport.width} pixels`);
     await visit.picture(`panel ${viewport.width}`);
   }
 });

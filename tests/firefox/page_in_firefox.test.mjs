@@ -2,7 +2,7 @@
 // Firefox lacks on most machines anyway, so that this is also the page without a picture.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdirSync, readdirSync, readFileSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import puppeteer from 'puppeteer-core';
@@ -236,10 +236,11 @@ test('a ship from a box by keyboard alone, with undo and redo, saved as GLB', as
   for (const keys of ['Control+z', 'Control+z', 'Control+Shift+z', 'Control+Shift+z']) await opens(visit, () => onPicture(keys));
   assert.equal(idOf(visit), ship);
   await enter(await page.$('#download'));
-  const files = () => readdirSync(saved).filter((name) => name.endsWith('.glb'));
-  for (let waited = 0; waited < 300 && (files().length === 0 || readdirSync(saved).length > 1); waited++) await new Promise((resolve) => setTimeout(resolve, 100));
-  const [file] = files();
-  assert.ok(readFileSync(join(saved, file)).equals(Buffer.from(await (await ask(`models/${ship}/surface.glb?level=${stateOf(visit, 'level')}`)).arrayBuffer())));
+  const wanted = Buffer.from(await (await ask(`models/${ship}/surface.glb?level=${stateOf(visit, 'level')}`)).arrayBuffer());
+  // Firefox writes an empty file of that name first, then one beside it, which takes its place.
+  const isSaved = () => readdirSync(saved).length === 1 && readdirSync(saved).every((name) => name.endsWith('.glb') && statSync(join(saved, name)).size > 0);
+  for (let waited = 0; waited < 300 && !isSaved(); waited++) await new Promise((resolve) => setTimeout(resolve, 100));
+  assert.ok(readFileSync(join(saved, readdirSync(saved)[0])).equals(wanted));
   await end(visit);
 });
 
