@@ -41,6 +41,7 @@
 enum {
   DEPTH = 3,            /* how many levels deeper a face is compared */
   FACES_AT_ONCE = 1024, /* between two charges of work */
+  LOOK_WORK = 4096,
   ON_EDGE = TW_ERROR_ON_EDGE,
   IN_TRIANGLE = TW_ERROR_IN_TRIANGLE
 };
@@ -335,7 +336,7 @@ static double fan_cosine(const tw_level_errors *l, uint32_t vertex, const double
  * end comes nearer to the middle of the least ball around these (Badoiu and Clarkson 2003, "Smaller core-sets
  * for balls"). False where there is none. */
 static bool turn(const tw_level_errors *l, uint32_t face, const tw_error_frame *frame, double along[3]) {
-  enum { STEPS = 64 };
+  enum { STEPS = 24 };
   const uint32_t *corners = l->corners + l->begins[face];
   double middle[3] = {along[0], along[1], along[2]};
   for (int step = 1; step <= STEPS; step++) {
@@ -406,6 +407,7 @@ static tw_status refine_error(tw_arena *scratch, tw_level_errors *levels, uint32
   if (*error <= enough) return TW_OK;
   tw_status status = levels->fan_begins ? TW_OK : find_fans(scratch, levels);
   if (status != TW_OK) return status;
+  if (!tw_work(LOOK_WORK)) return TW_CANCELLED;
   look_again(&c, &whole, enough, error);
   if (*error <= enough || !turn(levels, face, c.base.frame, c.base.normal)) return TW_OK;
   tw_error_frame turned = turned_frame(levels, face, c.base.frame, c.base.normal);
