@@ -155,7 +155,8 @@ static api_outcome warn_of_polygons(api_call *call, const api_surface_request *r
 /* What extras.tweend says of a cage, and nothing else in a glTF. */
 enum { CREASES, CORNERS, HOLES, DETAILS, GROUPS, SEAMS, POINTS, RULES, CAGE_PARTS };
 
-/* Finds what of the cages readers would join: flags of API_JOINABLE. TW_NO_MEMORY. */
+/* Finds whether a reader of triangles would join seams or points of the cages, once for a plan. out: flags,
+ * API_JOINABLE_... TW_NO_MEMORY. */
 static tw_status find_joinable(const tw_model *model, api_plan *plan, int *out) {
   bool seams = false, points = false;
   tw_status status = TW_OK;
@@ -190,8 +191,8 @@ static tw_status find_cage_parts(const api_surface_request *request, bool *has) 
   return status;
 }
 
-/* Tells of a cage that triangles, or a packed encoding, have no place for: an upload of the answer is another
- * cage. Hard edges that the file shows by its normals or an angle are told by those of triangles, too. */
+/* Warns of the parts of a cage that triangles, or a packed encoding, do not hold: an upload of the answer is
+ * another cage. Triangles do hold the hard edges that were found by normals: their own normals show them. */
 static api_outcome warn_of_lost_cage(api_call *call, const api_surface_request *request) {
   static const char *const names[CAGE_PARTS] = {"creases",
                                                 "corners",

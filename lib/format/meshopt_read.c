@@ -104,7 +104,8 @@ static uint32_t from_zigzag(uint32_t v) {
   return (v & 1) ? ~(v >> 1) : v >> 1;
 }
 
-/* The four bytes behind `before`, by their deltas. mode: of the channel, which is_mode has checked. */
+/* The four bytes of an element, from those of the element before it and the deltas. mode: of the channel, one
+ * that is_mode knows. */
 static uint32_t follow(uint32_t before, uint32_t delta, uint8_t mode) {
   uint32_t width = mode == 0 ? 8 : 16, mask = mode == 0 ? 0xFF : 0xFFFF, out = 0, turn = mode >> 4;
   if ((mode & 15) == 2) return before ^ (turn > 0 ? delta >> turn | delta << (32 - turn) : delta);

@@ -96,8 +96,8 @@ static bool is_apart(uint32_t vertex, const uint32_t *previous, const uint32_t *
  * the previous face does not start from. */
 bool tw_fan_start(const uint32_t *corners, uint32_t size, const tw_face_cut *cut, const uint32_t *previous,
                   const uint32_t *next, uint32_t *start) {
-  static const uint32_t quad_starts[] = {0, 2, 1,
-                                         3}; /* the diagonal of write_quads first: a quad may be bent */
+  /* A bent quad keeps the diagonal that write_quads draws, where it can. */
+  static const uint32_t quad_starts[] = {0, 2, 1, 3};
   for (uint32_t i = 0; cut && i < cut->fan_count; i++)
     if (is_apart(corners[cut->fans[i]], previous, next)) {
       *start = cut->fans[i];

@@ -298,8 +298,8 @@ static int compare_placed(const void *left, const void *right) {
   return a->value < b->value ? -1 : a->value > b->value;
 }
 
-/* Marks the points where corners have several values. value_at: [point_count] receives SEVERAL there. Returns
- * how many corners are at such points. */
+/* Finds the points whose corners have several values of a channel. value_at: [point_count] receives SEVERAL
+ * for these. Returns how many corners such points have. */
 static uint32_t mark_seams(const tw_mesh *mesh, const tw_channel *channel, uint32_t *value_at) {
   uint32_t count = 0;
   for (uint32_t p = 0; p < mesh->point_count; p++) value_at[p] = NO_VALUE;
@@ -333,7 +333,7 @@ tw_status tw_mesh_has_equal_seams(const tw_mesh *mesh, const tw_channel *channel
   return status;
 }
 
-/* Whether values of a channel that differ become one where a reader joins equal values along edges. */
+/* Whether a reader, which joins equal values along edges, would make one value of several of a channel. */
 static tw_status joins_along_edges(const tw_mesh *mesh, const tw_channel *channel, bool *out) {
   size_t corners = mesh->corner_count, width = channel->width;
   uint32_t *own = tw_alloc(corners, sizeof *own), *welded = tw_alloc(corners, sizeof *welded), count = 0;

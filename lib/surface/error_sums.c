@@ -41,7 +41,7 @@
 enum {
   DEPTH = 3,            /* how many levels deeper a face is compared */
   FACES_AT_ONCE = 1024, /* between two charges of work */
-  LOOK_WORK = 4096,
+  LOOK_WORK = 4096,     /* of a face that is looked at again */
   ON_EDGE = TW_ERROR_ON_EDGE,
   IN_TRIANGLE = TW_ERROR_IN_TRIANGLE
 };
@@ -308,8 +308,7 @@ static uint32_t find_planes(const tw_level_errors *l, uint32_t vertex, const dou
   return count;
 }
 
-/* The least cosine between a direction and the normals of a face, or of all faces of a vertex, which is
- * worst. */
+/* The least cosine between a direction and the normals of a face's corners. worst: receives that normal. */
 static double face_cosine(const tw_level_errors *l, uint32_t face, const double along[3], double worst[3]) {
   double least = 1, normal[3];
   for (uint32_t i = 0; i < size_of(l, face); i++) {
@@ -321,6 +320,7 @@ static double face_cosine(const tw_level_errors *l, uint32_t face, const double 
   return least;
 }
 
+/* The same of all faces at a vertex. */
 static double fan_cosine(const tw_level_errors *l, uint32_t vertex, const double along[3], double worst[3]) {
   double least = 1, own[3] = {0};
   for (uint32_t k = l->fan_begins[vertex]; k < l->fan_begins[vertex + 1]; k++) {
@@ -355,7 +355,7 @@ static bool turn(const tw_level_errors *l, uint32_t face, const tw_error_frame *
   return true;
 }
 
-/* How points slide over a face, seen along another direction than its normal. */
+/* The frame of a face for another direction than its normal. */
 static tw_error_frame turned_frame(const tw_level_errors *l, uint32_t face, const tw_error_frame *frame,
                                    const double along[3]) {
   const uint32_t *corners = l->corners + l->begins[face];

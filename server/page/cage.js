@@ -74,10 +74,10 @@ function round() {
 }
 
 export class Cage {
-  /** model: the parsed GLB of level 0 with polygons=ngon. bearers: those of its bearers that have faces. creases: what
-   *  creasesOf finds in it. */
-  constructor({ scene, nodes, morphs, parser }, bearers, creases) {
-    Object.assign(this, { object: scene, nodes, morphs, parser, bearers });
+  /** of: the model's id. Then the parsed GLB of level 0 with polygons=ngon. bearers: those of its bearers that have faces. creases:
+   *  what creasesOf finds in it. */
+  constructor(of, { scene, nodes, morphs, parser }, bearers, creases) {
+    Object.assign(this, { of, object: scene, nodes, morphs, parser, bearers });
     this.lines = new LineBasicMaterial({ transparent: true, opacity: 0.9, depthWrite: false });
     this.hidden = new LineBasicMaterial({ transparent: true, opacity: 0.08, depthTest: false });
     this.sharp = new LineMaterial({ linewidth: 3, vertexColors: true, depthWrite: false, polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2 });

@@ -332,7 +332,7 @@ async function loadCage(described, signal) {
   if (edgesOf(described) === 0 || isTooLarge(described)) return null;
   const parsed = await opening.cage(described, surfaceOptions(), { signal });
   const faced = parsed.bearers.filter(([, mesh]) => described.meshes[mesh].faces > 0);
-  return Object.assign(new Cage(parsed, faced, await creasesOf(parsed.parser)), { of: described.id });
+  return new Cage(described.id, parsed, faced, await creasesOf(parsed.parser));
 }
 
 /** Takes away the cage of the model before, which stays through a step until the next is there. */

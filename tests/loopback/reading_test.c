@@ -128,9 +128,9 @@ static void add(text *out, const char *bytes, size_t size) {
   out->size += size;
 }
 
-/* As often as it takes for `most` bytes or a few more. */
-static void add_repeatedly(text *out, const char *bytes, size_t size, size_t most) {
-  size_t total = (most + size - 1) / size * size;
+/* Adds the same bytes again and again, until at least `least` are added. */
+static void add_repeatedly(text *out, const char *bytes, size_t size, size_t least) {
+  size_t total = (least + size - 1) / size * size;
   make_room(out, total + size);
   char *begin = out->bytes + out->size;
   memcpy(begin, bytes, size);

@@ -274,7 +274,7 @@ TEST(faces_become_fans_by_material) {
 }
 
 TEST(bent_quads_have_the_same_diagonal_as_ngons) {
-  /* Both begin at the point in the middle, which FB_ngon_encoding does not allow. */
+  /* As triangles, both quads begin at the same vertex. FB_ngon_encoding does not allow that of neighbours. */
   fixture f;
   fixture_init(&f, "v 0 0 0\nv 1 0 0\nv 1 1 .5\nv 0 1 0\nv -1 1 .7\nv -1 0 0\nf 1 2 3 4\nf 1 4 5 6\n");
   fixture_refine(&f, 0, false);

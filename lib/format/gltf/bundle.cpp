@@ -180,8 +180,8 @@ private:
 
   // ---- placing
 
-  // Finds the buffers in which the bytes of views are, compressed or not. One that only stands in for
-  // compressed bytes may be left at home.
+  // Finds the buffers in which the bytes of views are, compressed or not. The file of one that only stands
+  // in for compressed bytes need not be sent.
   void find_needed_buffers() {
     needed_.assign(buffer_array_ ? tw_json_count(buffer_array_) : 0, true);
     auto set = [&](const char *object, bool is_needed) {
@@ -195,12 +195,6 @@ private:
       const char *compressed = compression_of(view);
       set(compressed ? compressed : view, true);
     });
-  }
-
-  static const char *compression_of(const char *view) {
-    const char *extensions = tw_json_member(view, "extensions");
-    const char *ext = tw_json_member(extensions, "EXT_meshopt_compression");
-    return ext ? ext : tw_json_member(extensions, "KHR_meshopt_compression");
   }
 
   uint64_t place_file(uint32_t file) {

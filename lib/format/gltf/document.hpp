@@ -173,6 +173,10 @@ template <typename Element> void each(const char *array, Element element) {
 // A whole number from 0 to 2^53, all of which a double holds; nothing for nullptr and any other value.
 std::optional<uint64_t> whole_number(const char *value);
 
+// How the bytes of a buffer view are compressed by meshopt: the member of its extensions; nullptr: they are
+// not.
+const char *compression_of(const char *view);
+
 // An index as tinygltf has it; -1 for nullptr and any other value.
 int index_of(const char *value);
 

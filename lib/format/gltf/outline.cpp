@@ -281,12 +281,6 @@ private:
     views_.back().compressed = compression_of(value);
   }
 
-  static const char *compression_of(const char *object) {
-    const char *extensions = tw_json_member(object, "extensions");
-    const char *ext = tw_json_member(extensions, "EXT_meshopt_compression");
-    return ext ? ext : tw_json_member(extensions, "KHR_meshopt_compression");
-  }
-
   // Decodes a compressed view. Refusals point to the view, also for members of its extension.
   void decode_view(size_t i) {
     Place place = {"bufferViews", i};

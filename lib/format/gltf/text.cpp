@@ -92,6 +92,12 @@ std::optional<uint64_t> whole_number(const char *value) {
   return static_cast<uint64_t>(number);
 }
 
+const char *compression_of(const char *view) {
+  const char *extensions = tw_json_member(view, "extensions");
+  const char *ext = tw_json_member(extensions, "EXT_meshopt_compression");
+  return ext ? ext : tw_json_member(extensions, "KHR_meshopt_compression");
+}
+
 namespace {
 
 // Members that hold an index, a count or a number of an enumeration.
