@@ -574,15 +574,35 @@ static tw_status measure_track(reduction *r, const tw_track_keys *keys, double s
   return status;
 }
 
+/* Measures a track of steps, which jumps where the clip says so, against keys at given times, which hold until
+ * the next one. */
+static tw_status measure_holds(reduction *r, const tw_track_keys *keys, const tw_parallel_for *parallel,
+                               tw_error *error) {
+  uint32_t jump = 0;
+  for (uint32_t key = 0; key + 1 < keys->key_count; key++) {
+    if (key % CHORDS_A_STEP == 0 && tw_parallel_for_status(parallel) != TW_OK)
+      return tw_fail(error, TW_CANCELLED, "the error of the keys is not wanted any more");
+    const float *held = keys->values + (size_t)key * r->width;
+    float start = keys->times[key], end = keys->times[key + 1];
+    chord still = chord_between(r, start, held, end, held);
+    while (jump < r->time_count && r->times[jump] <= start) jump++;
+    for (; jump < r->time_count && r->times[jump] < end && tw_work(sample_work(r)); jump++)
+      r->reached = fmax(r->reached, stray_at(r, &still, r->times[jump]));
+  }
+  return tw_work_status(error);
+}
+
 tw_status tw_clip_bake_error(const tw_clip *clip, const tw_clip_keys *baked, const tw_parallel_for *parallel,
                              tw_tolerance *reached, tw_error *error) {
   tw_tolerance most = {0, 0};
   double steps_most = (double)CLIP_PLACES / ((double)count_keys(clip) + 1) + OWN_PLACES;
   for (uint32_t i = 0; i < clip->track_count; i++) {
-    if (clip->tracks[i].holds) continue;
+    const tw_track_keys *keys = &baked->tracks[i];
     reduction r;
     tw_status status = reduction_init(&r, clip, i, UINT32_MAX, true, error);
-    if (status == TW_OK) status = measure_track(&r, &baked->tracks[i], steps_most, parallel, error);
+    if (status == TW_OK)
+      status = clip->tracks[i].holds ? measure_holds(&r, keys, parallel, error)
+                                     : measure_track(&r, keys, steps_most, parallel, error);
     double *told = r.rotation ? &most.angle : &most.distance;
     *told = fmax(*told, r.reached);
     reduction_deinit(&r);

@@ -169,6 +169,30 @@ TEST(the_error_of_keys_at_given_times_is_told) {
   }
 }
 
+TEST(steps_that_come_late_are_told) {
+  uint64_t seed = 34;
+  for (int n = 0; n < 60; n++) {
+    float times[8], values[8][4], at[12];
+    double time = ref_random(&seed), baked = 2 * ref_random(&seed);
+    for (size_t i = 0; i < 8; i++) {
+      times[i] = (float)time;
+      time += 0.2 + ref_random(&seed);
+      ref_narrow(ref_random_unit(&seed), values[i]);
+    }
+    uint32_t count = 2 + (uint32_t)n % 11;
+    for (uint32_t i = 0; i < count; i++) {
+      at[i] = (float)baked;
+      baked += 0.1 + ref_random(&seed);
+    }
+    tw_track_keys tracks[] = {quaternion_keys(TW_STEP, times, values[0], 8),
+                              value_keys(TW_TRANSLATION, TW_STEP, times, values[0], 8)};
+    assert_told(&tracks[n % 2], at, count);
+  }
+  /* Keys at the times of the jumps make them in time. */
+  tw_track_keys track = value_keys(TW_SCALE, TW_STEP, times_0_1_3, plain_rotations, 3);
+  assert_told(&track, times_0_1_3, 3);
+}
+
 TEST(half_turns_and_steps_are_told_for_what_they_are) {
   const double turns[] = {1, 2, 3, 0, 1, 2, 3, 6 * REF_PI};
   tw_track_keys tracks[] = {axis_angle_keys(times_0_1_3, turns, 2),

@@ -273,9 +273,10 @@ typedef struct tw_tolerance {
                       away; for weights a difference of weights */
 } tw_tolerance;
 
-/* The largest error of the LINEAR keys that tw_clip_bake made of a clip, from the first time to the last, in
- * between keys too; a rotation of 180 degrees between two keys counts as an error of 180 degrees. STEP tracks
- * do not count. parallel: asked whether the result is still wanted; or NULL. TW_NO_MEMORY, TW_CANCELLED.
+/* The largest error of the keys that tw_clip_bake made of a clip, from the first time to the last, in between
+ * keys too; a rotation of 180 degrees between two LINEAR keys counts as an error of 180 degrees, a STEP track
+ * that jumps between two keys as one of the whole jump, which the later key makes too late. parallel: asked
+ * whether the result is still wanted; or NULL. TW_NO_MEMORY, TW_CANCELLED.
  * O(keys of both), but for tracks that turn over and over, of which at most a million steps are followed. */
 tw_status tw_clip_bake_error(const tw_clip *clip, const tw_clip_keys *baked, const tw_parallel_for *parallel,
                              tw_tolerance *reached, tw_error *error);
