@@ -505,13 +505,14 @@ export interface SurfaceCounts {
   bytes: number;
   /** Bytes of the answer in each form under the same options, exactly; of the forms whose size is known beforehand.
    * PLY of models with skins or morph targets, and with `level=auto` their STL, are among them with `skin=bake`
-   * alone: they are of the moved meshes. With `meshes=none` there are glTF forms alone. */
+   * alone: they are of the moved meshes. Forms that refuse the options have no place here: with `meshes=none` and
+   * with clips or several times there are glTF forms alone. */
   forms: {
     glb: number;
     gltf?: number;
     stl?: number;
     ply?: number;
-    /** With positions alone; if the model has one mesh. */
+    /** With positions alone; if the model has one mesh, and nothing poses it. */
     bin?: number;
   };
   solid?: Solid;

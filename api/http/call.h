@@ -36,6 +36,7 @@ typedef struct api_call {
   api_query query;
   uint32_t warning_count;
   const char *first_warning; /* percent-encoded */
+  bool leaves_warnings;      /* some are not known, so that X-Tweend-Warning is left out */
   const char *told_name;     /* the model's name in a description, which the entity tag depends on; or NULL */
   uint64_t
       held; /* bytes that the answer's body holds while it is read, without the arena and cache entries */

@@ -416,7 +416,7 @@ static void finish(api_call *call, api_outcome outcome, api_answer *answer) {
     call->answer.header_count = 0; /* these belong to the answer that failed */
     api_problem_fill(&call->fault, call->request->id, &call->answer);
   }
-  if (outcome != API_FAILED && call->answer.status != 304 && call->first_warning)
+  if (outcome != API_FAILED && call->answer.status != 304 && call->first_warning && !call->leaves_warnings)
     api_answer_headerf(&call->answer, "X-Tweend-Warning", "%u; %s", call->warning_count, call->first_warning);
   api_answer_header(&call->answer, "X-Content-Type-Options", "nosniff");
   if (api_access_asks(call)) make_private(call);

@@ -47,7 +47,10 @@ static tw_solid sum_nodes(const tw_model *model, const tw_solid *solids) {
 
 api_outcome api_warn_of_shells(api_call *call, api_surface_request *request) {
   api_plan *plan = api_entry_value(request->plan);
-  if (call->is_head && !api_plan_knows_shells(plan)) return API_DONE;
+  if (call->is_head && !api_shells_are_light(plan)) {
+    call->leaves_warnings = true;
+    return API_DONE;
+  }
   tw_solid *solids = tw_arena_alloc(call->arena, plan->count, sizeof *solids);
   if (!solids) return api_fail_without_memory(call);
   if (api_plan_shells(plan, &call->service->parallel, solids, &call->fault.error) != TW_OK)

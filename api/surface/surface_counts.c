@@ -64,12 +64,12 @@ static bool shows_holes(const api_surface_request *request) {
   return request->query.with_holes && mesh < model->mesh_count;
 }
 
-/* Whether the size of STL or PLY follows from what is counted here. They have no holes, and are refused
- * without meshes; and they are baked: then level=auto chooses their levels by the moved meshes, and PLY's
- * head tells where these are moved from. */
+/* Whether there is an answer as STL or PLY, whose size follows from what is counted here. They have no holes,
+ * and are baked: then level=auto chooses their levels by the moved meshes, and PLY's head tells where these
+ * are moved from. */
 static bool is_flat_known(const api_surface_request *request, tw_flat_form form) {
   bool moves = request->query.skin != API_SKIN_BAKE && api_bakes(request->scene.content.model);
-  if (request->query.meshes == API_MESHES_NONE) return false;
+  if (!api_surface_has_still(&request->query)) return false;
   return !shows_holes(request) && !(moves && (request->query.auto_level.is_on || form == TW_FLAT_PLY));
 }
 
@@ -106,7 +106,8 @@ static tw_status print_forms(api_call *call, const api_surface_request *request,
     if (status == TW_OK) tw_member_count(text, flat[form], size);
   }
   if (status == TW_LIMIT) status = TW_OK;
-  if (status == TW_OK && scene->model->mesh_count == 1) status = print_points(call, request, 0, text);
+  bool has_points = scene->model->mesh_count == 1 && api_surface_has_points(&request->query);
+  if (status == TW_OK && has_points) status = print_points(call, request, 0, text);
   tw_text_add(text, "}");
   return status;
 }

@@ -376,14 +376,27 @@ static const char *find_moving(const api_call *call, const api_surface_query *qu
   return names[i];
 }
 
+/* Whether parameters ask for clips or times. */
+static bool asks_for_motion(const api_surface_query *query) {
+  bool keeps_clip = query->clip && strcmp(query->clip, "none") != 0;
+  return keeps_clip || query->times.is_given || query->reduction.is_wide;
+}
+
+bool api_surface_has_still(const api_surface_query *query) {
+  return query->meshes != API_MESHES_NONE && (api_is_moment(query) || !asks_for_motion(query));
+}
+
+bool api_surface_has_points(const api_surface_query *query) {
+  return query->meshes != API_MESHES_NONE && query->skin != API_SKIN_BAKE && !asks_for_motion(query);
+}
+
 /* Checks the parameters for a form of meshes alone: no animations, and meshes must not be left out. Such a
  * form has neither joints nor targets: it shows the points where these put them. */
 static tw_status take_meshes_alone(api_call *call, api_surface_query *query, const char *form) {
   tw_error *error = &call->fault.error;
   if (query->meshes == API_MESHES_NONE)
     return tw_fail(error, TW_SYNTAX, "meshes=none leaves nothing of an answer as %s", form);
-  bool keeps_clip = query->clip && strcmp(query->clip, "none") != 0;
-  if (!api_is_moment(query) && (keeps_clip || query->times.is_given || query->reduction.is_wide))
+  if (!api_surface_has_still(query))
     return tw_fail(error, TW_SYNTAX,
                    "%s: %s holds no clip: at=T shows the model at one time, .glb has animations",
                    find_moving(call, query), form);
@@ -395,13 +408,10 @@ static tw_status take_meshes_alone(api_call *call, api_surface_query *query, con
 /* Checks the parameters for the points of one mesh, which nothing poses. */
 static tw_status take_points_alone(api_call *call, api_surface_query *query) {
   tw_error *error = &call->fault.error;
-  bool keeps_clip = query->clip && strcmp(query->clip, "none") != 0;
   const char *wrong = query->meshes == API_MESHES_NONE ? "meshes=none"
                       : query->skin == API_SKIN_BAKE   ? "skin=bake"
-                      : keeps_clip || query->times.is_given || query->reduction.is_wide
-                          ? find_moving(call, query)
-                          : NULL;
-  if (wrong)
+                                                       : find_moving(call, query);
+  if (!api_surface_has_points(query))
     return tw_fail(error, TW_SYNTAX,
                    "%s: .bin has the points of a mesh by itself: no clip, time, skin=bake or meshes=none",
                    wrong);

@@ -134,6 +134,12 @@ static inline bool api_is_moment(const api_surface_query *query) {
   return query->times.list && query->times.count == 1;
 }
 
+/* Whether there is an answer of meshes alone, as they are at one time or at rest: OBJ, STL, PLY, 3MF. */
+bool api_surface_has_still(const api_surface_query *query);
+
+/* Whether there is an answer of a mesh's points, which nothing poses. */
+bool api_surface_has_points(const api_surface_query *query);
+
 /* Whether the request bakes the model as it rests, of no clip. */
 static inline bool api_is_baked_at_rest(const api_surface_query *query) {
   return query->skin == API_SKIN_BAKE && !query->times.is_given;
