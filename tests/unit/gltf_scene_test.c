@@ -302,6 +302,72 @@ TEST(a_pointer_to_the_weights_of_a_mesh_moves_nodes_without_weights_of_their_own
   tw_model_destroy(model);
 }
 
+#define WEIGHT_CHANNEL(sampler, pointer)                                                                     \
+  "{'sampler':" #sampler                                                                                     \
+  ",'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{'pointer':'" pointer "'}}}}"
+
+/* A mesh with two targets at two nodes, of which the first has weights of its own. Accessor 0 counts three.
+ */
+static tw_model *read_weight_channels(const char *samplers, const char *channels) {
+  char json[2048];
+  snprintf(json, sizeof json,
+           "'meshes':[{'weights':[0.75,0.5],'primitives':[{'mode':0,'attributes':{'POSITION':2},"
+           "'targets':[{'POSITION':2},{'POSITION':2}]}]}],"
+           "'nodes':[{'mesh':0,'weights':[0.25,0.125]},{'mesh':0}],"
+           "'animations':[{'samplers':[%s],'channels':[%s]}]",
+           samplers, channels);
+  return read_good(json);
+}
+
+/* KHR_animation_pointer to one weight: the others stay as they are at rest. */
+TEST(pointers_to_single_weights_move_nodes) {
+  static const struct {
+    const char *channels;
+    uint32_t node;
+    float others; /* of the weight that has no keys; NAN: both have */
+    uint32_t moved;
+  } cases[] = {
+      {WEIGHT_CHANNEL(0, "/nodes/0/weights/1"), 0, 0.25f, 1},
+      {WEIGHT_CHANNEL(0, "/nodes/1/weights/0"), 1, 0.5f, 0},
+      {WEIGHT_CHANNEL(0, "/meshes/0/weights/1"), 1, 0.75f, 1},
+      {WEIGHT_CHANNEL(0, "/nodes/0/weights/1") "," WEIGHT_CHANNEL(0, "/nodes/0/weights/0"), 0, NAN, 0}};
+  scene_bin bin = make_bin();
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    tw_model *model = read_weight_channels("{'input':0,'output':0}", cases[i].channels);
+    const tw_track_keys *track = &model->clips[0].tracks[0];
+    assert_int_equal(model->clips[0].track_count, 1);
+    assert_null(model->clips[0].loose);
+    assert_int_equal(track->node, cases[i].node);
+    assert_int_equal(track->path, TW_WEIGHTS);
+    assert_int_equal(track->width, 2);
+    assert_int_equal(track->key_count, 3);
+    for (uint32_t key = 0; key < 3; key++)
+      for (uint32_t k = 0; k < 2; k++)
+        assert_float_equal(track->values[2 * key + k],
+                           isnan(cases[i].others) || k == cases[i].moved ? bin.times[key] : cases[i].others,
+                           0);
+    assert_int_equal(glb_warning_count(model), 0);
+    tw_model_destroy(model);
+  }
+}
+
+/* One track of all weights cannot hold them: the channels stay as they are in glTF, which is told. */
+TEST(single_weights_of_other_interpolations_are_kept_and_told) {
+  static const char samplers[] = "{'input':0,'output':0},{'input':0,'output':0,'interpolation':'STEP'}";
+  static const char *const channels[] = {
+      WEIGHT_CHANNEL(0, "/nodes/0/weights/0") "," WEIGHT_CHANNEL(1, "/nodes/0/weights/1"),
+      WEIGHT_CHANNEL(0, "/nodes/0/weights/0") "," WEIGHT_CHANNEL(0, "/nodes/0/weights/0"),
+      WEIGHT_CHANNEL(0, "/nodes/0/weights/0") "," WEIGHT_CHANNEL(0, "/nodes/0/weights/2")};
+  for (size_t i = 0; i < sizeof channels / sizeof *channels; i++) {
+    /* A sampler that nothing names is told, too. */
+    tw_model *model = read_weight_channels(i == 0 ? samplers : "{'input':0,'output':0}", channels[i]);
+    assert_int_equal(model->clips[0].track_count, 0);
+    assert_non_null(strstr(model->clips[0].loose, "/nodes/0/weights/0"));
+    assert_int_equal(glb_warning_count(model), 1);
+    tw_model_destroy(model);
+  }
+}
+
 TEST(key_times_must_not_fall_or_be_negative) {
   static const float times[][3] = {{0, 2, 1}, {0, 0, -1}, {-1, 0, 1}, {0, 1, NAN}, {0, 1, INFINITY}};
   const char *json = with_data("'nodes':[{}],'animations':[{'samplers':[{'input':0,'output':2}],"

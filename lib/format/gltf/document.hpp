@@ -446,6 +446,9 @@ struct PointedChannel {
   int sampler;
   std::string place;     // the channel's JSON pointer
   const char *preserved; // of the channel and the sampler, or nullptr
+  // (weight, sampler) of several channels that move one weight each, at the same times and with one
+  // interpolation; the other weights stay at rest. Empty: the sampler moves all.
+  std::vector<std::pair<uint32_t, int>> weights = {};
 };
 
 // Where a track of a clip comes from in the document.

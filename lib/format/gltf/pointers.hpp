@@ -1,10 +1,11 @@
-// Channels of animations that move nodes by KHR_animation_pointer ("/nodes/3/rotation", "/meshes/1/weights"),
-// which tinygltf does not see.
+// Channels of animations that move nodes by KHR_animation_pointer ("/nodes/3/rotation", "/meshes/1/weights",
+// "/nodes/3/weights/0"), which tinygltf does not see.
 #ifndef TWEEND_GLTF_POINTERS_HPP
 #define TWEEND_GLTF_POINTERS_HPP
 
 #include <algorithm>
 #include <charconv>
+#include <map>
 
 #include "gltf/document.hpp"
 
@@ -14,6 +15,16 @@ namespace gltf {
 struct MeshChannel {
   uint32_t mesh, index; // index: of the channel
   const char *text, *preserved;
+};
+
+// A channel that moves one weight of a node, or of the nodes that have the weights of a mesh.
+struct WeightChannel {
+  bool of_mesh;
+  uint32_t part, weight; // part: the node or the mesh
+  int sampler;
+  uint32_t index; // of the channel
+  const char *text, *preserved;
+  bool is_taken;
 };
 
 class Pointers {
@@ -82,6 +93,26 @@ public:
     return to_mesh->index;
   }
 
+  // The weight that a channel moves by a pointer, if its sampler is there: with the channel's index, text and
+  // what is preserved of it for the caller to fill in.
+  std::optional<WeightChannel> to_weight(const char *channel) const {
+    const char *extension = tw_json_member(tw_json_member(tw_json_member(channel, "target"), "extensions"),
+                                           "KHR_animation_pointer");
+    const char *pointer = tw_json_member(extension, "pointer");
+    int sampler = index_of(tw_json_member(channel, "sampler"));
+    if (is_track(channel) || !pointer || *pointer != '"' || sampler < 0 ||
+        static_cast<size_t>(sampler) >= animation_->samplers.size())
+      return {};
+    std::string meant = unescape(string_of(pointer));
+    std::optional<PartPointer> part = read_node_pointer(meant);
+    bool of_mesh = !part;
+    if (of_mesh) part = read_pointer(meant, "/meshes/", document_.source.meshes.size());
+    if (!part || part->index == TW_NO_INDEX) return {};
+    std::optional<PartPointer> weight = read_pointer(part->member, "weights/", TW_NO_INDEX);
+    if (!weight || weight->index == TW_NO_INDEX || !weight->member.empty()) return {};
+    return WeightChannel{of_mesh, part->index, weight->index, sampler, 0, channel, nullptr, false};
+  }
+
   // Takes a channel of to_node for the document.
   void take(PointedChannel channel, uint32_t index) {
     const tinygltf::AnimationSampler &keys = animation_->samplers[static_cast<size_t>(channel.sampler)];
@@ -110,6 +141,46 @@ public:
       take({node, TW_WEIGHTS, sampler, place, channel.preserved}, channel.index);
     }
     return true;
+  }
+
+  // Takes channels of to_weight: those of a node as one track of all of its weights. Where their times or
+  // interpolations differ no such track moves as they do, and they are not taken. animation: its pointer.
+  void take_weights(Vector<WeightChannel> &channels, const std::string &animation) {
+    std::map<uint32_t, std::vector<WeightChannel *>> by_node;
+    for (WeightChannel &channel : channels) {
+      document_.budget.take(64);
+      if (!channel.of_mesh) by_node[channel.part].push_back(&channel);
+    }
+    std::set<uint32_t> own;
+    for (const auto &[node, of_node] : by_node) own.insert(node);
+    for (WeightChannel &channel : channels) {
+      if (!channel.of_mesh) continue;
+      if (!has_followers_) find_followers();
+      using Follower = std::pair<uint32_t, uint32_t>;
+      auto from = std::lower_bound(followers_.begin(), followers_.end(), Follower(channel.part, 0));
+      for (; from != followers_.end() && from->first == channel.part; ++from) {
+        document_.budget.take(64);
+        if (own.count(from->second) == 0) by_node[from->second].push_back(&channel);
+      }
+    }
+    for (auto &[node, of_node] : by_node) {
+      if (!are_joinable(node, of_node)) continue;
+      const WeightChannel &first = *of_node.front();
+      PointedChannel joined{node, TW_WEIGHTS, first.sampler, text(animation, "/channels/", first.index),
+                            first.preserved};
+      document_.budget.take(of_node.size() * 16 + 128);
+      size_t lost = 0;
+      for (WeightChannel *channel : of_node) {
+        joined.weights.emplace_back(channel->weight, channel->sampler);
+        lost += channel != of_node.front() && channel->preserved;
+        channel->is_taken = true;
+      }
+      document_.outline.lose(
+          "channel of a morph weight is one with others of its node: its extras are left out",
+          "channels of morph weights are one with others of their nodes: their extras are left out", lost);
+      moved_.insert({node, TW_WEIGHTS});
+      take(std::move(joined), first.index);
+    }
   }
 
   // Ends the animation: notes where all of its tracks come from, those that tinygltf sees first. places: of
@@ -166,6 +237,26 @@ private:
     if (count == 0 || numbers > left / count || count > TW_TRACKS_MAX / 2 - copied_tracks_) return false;
     copied_values_ += numbers * count;
     copied_tracks_ += count;
+    return true;
+  }
+
+  // Whether channels that move one weight each are as one channel of all weights of a node would be.
+  bool are_joinable(uint32_t node, const std::vector<WeightChannel *> &channels) const {
+    if (!has_targets(node) || moved_.count({node, TW_WEIGHTS}) > 0) return false;
+    const tinygltf::Mesh &mesh =
+        document_.source.meshes[static_cast<size_t>(document_.source.nodes[node].mesh)];
+    auto keys_of = [&](const WeightChannel *channel) -> const tinygltf::AnimationSampler & {
+      return animation_->samplers[static_cast<size_t>(channel->sampler)];
+    };
+    const tinygltf::AnimationSampler &first = keys_of(channels.front());
+    std::set<uint32_t> weights;
+    for (const WeightChannel *channel : channels) {
+      const tinygltf::AnimationSampler &keys = keys_of(channel);
+      bool is_alike = keys.input == first.input && keys.interpolation == first.interpolation;
+      if (!is_alike || channel->weight >= mesh.primitives[0].targets.size() ||
+          !weights.insert(channel->weight).second)
+        return false;
+    }
     return true;
   }
 

@@ -331,6 +331,7 @@ private:
       });
       Vector<const char *> tracks{document_.budget};
       Vector<MeshChannel> of_meshes{document_.budget};
+      Vector<WeightChannel> of_weights{document_.budget};
       std::set<int> named; // samplers
       std::vector<TrackPlace> places;
       pointers_.begin(parsed, static_cast<uint32_t>(index));
@@ -339,12 +340,17 @@ private:
         named.insert(index_of(tw_json_member(channel, "sampler")));
         std::optional<PointedChannel> points = pointers_.to_node(channel, place_);
         std::optional<uint32_t> mesh = pointers_.to_mesh(channel);
-        const char *own = track(channel, sampler_texts, !points && !mesh);
+        std::optional<WeightChannel> weight = pointers_.to_weight(channel);
+        const char *own = track(channel, sampler_texts, !points && !mesh && !weight);
         if (points) {
           points->preserved = own;
           pointers_.take(*std::move(points), static_cast<uint32_t>(i));
         } else if (mesh) {
           of_meshes.push_back({*mesh, static_cast<uint32_t>(i), channel, own});
+        } else if (weight) {
+          weight->index = static_cast<uint32_t>(i);
+          weight->preserved = own;
+          of_weights.push_back(*weight);
         } else if (is_track(channel)) {
           places.push_back({static_cast<uint32_t>(i), -1, -1});
           tracks.push_back(own);
@@ -357,6 +363,17 @@ private:
         place_ = text("/animations/", index, "/channels/", channel.index);
         if (!pointers_.take_nodes(channel, place_))
           append(loose, loose_channel(parsed, channel.text, channel.preserved));
+      }
+      pointers_.take_weights(of_weights, text("/animations/", index));
+      for (const WeightChannel &channel : of_weights) {
+        if (channel.is_taken) continue;
+        place_ = text("/animations/", index, "/channels/", channel.index);
+        document_.outline.lose(
+            "channel of one morph weight moves nothing in poses: the channels of a node's weights "
+            "need the same times and interpolation",
+            "channels of one morph weight each move nothing in poses: the channels of a node's "
+            "weights need the same times and interpolation");
+        append(loose, loose_channel(parsed, channel.text, channel.preserved));
       }
       named.erase(-1);
       if (named.size() < parsed.samplers.size())

@@ -315,7 +315,45 @@ private:
                     const PointedChannel &channel, tw_track_keys &track) {
     track.node = channel.node;
     track.preserved = channel.preserved;
-    read_keys(source, animation, channel.path, channel.sampler, track);
+    if (channel.weights.empty())
+      read_keys(source, animation, channel.path, channel.sampler, track);
+    else
+      read_weights_apart(source, animation, channel, track);
+  }
+
+  // Reads samplers of one weight each into a track of all weights of a node.
+  void read_weights_apart(const tinygltf::Animation &source, const std::string &animation,
+                          const PointedChannel &channel, tw_track_keys &track) {
+    const tinygltf::AnimationSampler &first = source.samplers[static_cast<size_t>(channel.sampler)];
+    const std::string pointer = text(animation, "/samplers/", channel.sampler);
+    track.path = TW_WEIGHTS;
+    track.form = TW_KEY_VALUES;
+    track.interpolation = find_interpolation(first.interpolation, pointer);
+    const Keys &keys = read_times(first.input, pointer + "/input");
+    track.key_count = keys.count;
+    track.times = keys.times;
+    track.width = morph_count(channel.node, pointer);
+    // In-tangents, values and out-tangents of a key, or its values alone.
+    const size_t parts = track.interpolation == TW_CUBICSPLINE ? 3 : 1, rows = parts * keys.count;
+    document_.spend_values(uint64_t{rows} * track.width + keys.count, pointer,
+                           "the keys that animations name");
+    const tw_node &node = document_.model->nodes[channel.node];
+    const float *rest = node.weights ? node.weights : document_.model->meshes[node.mesh].morph_weights;
+    float *values = allocate_zero<float>(document_, rows * track.width);
+    for (size_t row = parts / 2; rest && row < rows; row += parts)
+      std::copy(rest, rest + track.width, values + row * track.width);
+    for (const auto &[weight, sampler] : channel.weights) {
+      if (weight >= track.width) refuse(TW_INVALID, pointer, "there is no morph target ", weight);
+      int output = source.samplers[static_cast<size_t>(sampler)].output;
+      const Elements &elements =
+          accessors_.open(output, TINYGLTF_TYPE_SCALAR, text(animation, "/samplers/", sampler, "/output"));
+      if (elements.count() != rows)
+        refuse(TW_INVALID, text("/accessors/", output, "/count"), "the sampler's keys need ", rows,
+               " values, and there are ", elements.count());
+      document_.spend_values(elements.count(), pointer, "the keys that animations name");
+      for (uint32_t row = 0; row < rows; row++) elements.read(row, values + row * track.width + weight);
+    }
+    track.values = values;
   }
 
   void read_keys(const tinygltf::Animation &source, const std::string &animation, tw_path path, int sampler,
