@@ -373,6 +373,25 @@ TEST(attributes_that_are_not_read_are_warned_of) {
   answer_deinit(&a);
 }
 
+/* The root's sounds are in buffers; what plays them would refer to nothing. */
+TEST(extensions_without_their_part_of_the_root_are_left_out) {
+  answer a =
+      answer_with("", ",'meshes':[{'primitives':[{'attributes':{'POSITION':0},'indices':1}]}],"
+                      "'extensionsUsed':['KHR_audio_emitter','ACME_other'],"
+                      "'extensions':{'KHR_audio_emitter':{'audio':[{'bufferView':1}],'emitters':[{}]}},"
+                      "'nodes':[{'mesh':0,'extensions':{'KHR_audio_emitter':{'emitter':0},'ACME_other':{}}}],"
+                      "'scenes':[{'nodes':[0],'extensions':{'KHR_audio_emitter':{'emitters':[0]}}}]");
+  assert_null(find(a.file.json, "extensions"));
+  assert_null(find(a.file.json, "scenes/0/extensions"));
+  assert_null(find(a.file.json, "nodes/0/extensions/KHR_audio_emitter"));
+  assert_non_null(find(a.file.json, "nodes/0/extensions/ACME_other"));
+  assert_int_equal(cJSON_GetArraySize(find(a.file.json, "extensionsUsed")), 1);
+  assert_string_equal(glb_warning(a.f.model, 0),
+                      "the extension KHR_audio_emitter at the root is left out: its "
+                      "data is in buffers, as at 2 more places");
+  answer_deinit(&a);
+}
+
 TEST(scenes_and_the_default_one_stay) {
   answer a = answer_with("", ",'nodes':[{},{'name':'b'}],'scenes':[{'nodes':[1]},{'name':'s','nodes':[0]},"
                              "{}],'scene':1");

@@ -291,13 +291,21 @@ protected:
     return kept == 0;
   }
 
+  // Whether an extension was left out of the root, where others of its name have what they refer to.
+  bool lacks_root(std::string_view name) const {
+    return std::any_of(dropped_.begin(), dropped_.end(), [&](const DroppedExtension &dropped) {
+      return dropped.name == name && dropped.place.empty();
+    });
+  }
+
   bool is_left_out(const Items &extension) {
     if (extension.key() == "FB_ngon_encoding") return true; // it describes this file's triangles
     if (names_nothing(extension)) return true;
     const uint64_t elements =
         std::max(document_.source.accessors.size(), document_.source.bufferViews.size());
     bool is_of_mesh = place_.compare(0, 8, "/meshes/") == 0;
-    if (!has_word(buffer_extensions, extension.key()) && !names_buffers(extension.value()) &&
+    if (!lacks_root(extension.key()) && !has_word(buffer_extensions, extension.key()) &&
+        !names_buffers(extension.value()) &&
         !(is_of_mesh && !has_word(plain_extensions, extension.key()) &&
           has_indices(extension.value(), elements)))
       return false;
