@@ -106,7 +106,7 @@ static tw_status print_forms(api_call *call, const api_surface_request *request,
     if (status == TW_OK) tw_member_count(text, flat[form], size);
   }
   if (status == TW_LIMIT) status = TW_OK;
-  bool has_points = scene->model->mesh_count == 1 && api_surface_has_points(&request->query);
+  bool has_points = scene->model->mesh_count == 1 && request->query.has_points;
   if (status == TW_OK && has_points) status = print_points(call, request, 0, text);
   tw_text_add(text, "}");
   return status;

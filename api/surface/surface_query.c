@@ -386,10 +386,6 @@ bool api_surface_has_still(const api_surface_query *query) {
   return query->meshes != API_MESHES_NONE && (api_is_moment(query) || !asks_for_motion(query));
 }
 
-bool api_surface_has_points(const api_surface_query *query) {
-  return query->meshes != API_MESHES_NONE && query->skin != API_SKIN_BAKE && !asks_for_motion(query);
-}
-
 /* Checks the parameters for a form of meshes alone: no animations, and meshes must not be left out. Such a
  * form has neither joints nor targets: it shows the points where these put them. */
 static tw_status take_meshes_alone(api_call *call, api_surface_query *query, const char *form) {
@@ -411,7 +407,7 @@ static tw_status take_points_alone(api_call *call, api_surface_query *query) {
   const char *wrong = query->meshes == API_MESHES_NONE ? "meshes=none"
                       : query->skin == API_SKIN_BAKE   ? "skin=bake"
                                                        : find_moving(call, query);
-  if (!api_surface_has_points(query))
+  if (!query->has_points)
     return tw_fail(error, TW_SYNTAX,
                    "%s: .bin has the points of a mesh by itself: no clip, time, skin=bake or meshes=none",
                    wrong);
@@ -502,6 +498,8 @@ api_outcome api_surface_query_complete(api_call *call, const api_surface_form *f
                                        api_surface_query *query) {
   tw_error *error = &call->fault.error;
   api_surface_query_keep_cage(form, query);
+  query->has_points =
+      query->meshes != API_MESHES_NONE && query->skin != API_SKIN_BAKE && !asks_for_motion(query);
   if (!form->is_gltf) query->encoding = TW_ENCODING_FLOAT;
   tw_status status = TW_OK;
   if (form->still) status = take_meshes_alone(call, query, form->still);

@@ -83,6 +83,7 @@ typedef struct api_surface_query {
   int encoding; /* a tw_encoding */
   api_flat_query flat;
   bool with_shells; /* surface.json tells of shells */
+  bool has_points;  /* nothing poses the meshes: there is an answer of the points of one */
   const char *mesh; /* whose points surface.bin has; NULL: of the only one */
   int with;         /* what it has besides: API_WITH_* */
   /* What of the model is shown. */
@@ -136,9 +137,6 @@ static inline bool api_is_moment(const api_surface_query *query) {
 
 /* Whether there is an answer of meshes alone, as they are at one time or at rest: OBJ, STL, PLY, 3MF. */
 bool api_surface_has_still(const api_surface_query *query);
-
-/* Whether there is an answer of a mesh's points, which nothing poses. */
-bool api_surface_has_points(const api_surface_query *query);
 
 /* Whether the request bakes the model as it rests, of no clip. */
 static inline bool api_is_baked_at_rest(const api_surface_query *query) {
