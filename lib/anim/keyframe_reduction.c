@@ -574,8 +574,8 @@ static tw_status measure_track(reduction *r, const tw_track_keys *keys, double s
   return status;
 }
 
-/* Measures a track of steps, which jumps where the clip says so, against keys at given times, which hold until
- * the next one. */
+/* Measures a track of steps, which jumps where the clip says so, against keys at given times, which hold
+ * until the next one. */
 static tw_status measure_holds(reduction *r, const tw_track_keys *keys, const tw_parallel_for *parallel,
                                tw_error *error) {
   uint32_t jump = 0;
