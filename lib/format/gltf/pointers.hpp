@@ -160,6 +160,7 @@ public:
       auto from = std::lower_bound(followers_.begin(), followers_.end(), Follower(channel.part, 0));
       for (; from != followers_.end() && from->first == channel.part; ++from) {
         document_.budget.take(64);
+        work(1);
         if (own.count(from->second) == 0) by_node[from->second].push_back(&channel);
       }
     }
