@@ -10,7 +10,7 @@
 enum { TW_MOVED_WIDTH = 6 }; /* positions and normals */
 
 /* What quads of which some may be concave are looked at with. */
-enum { TW_QUADS_AT_ONCE = 1024 };
+enum { TW_QUADS_AT_ONCE = 512 };
 typedef struct tw_quad_scratch {
   uint32_t corners[4 * TW_QUADS_AT_ONCE]; /* rows */
   uint32_t same[4 * TW_QUADS_AT_ONCE];    /* the first corner that has the row */

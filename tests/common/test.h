@@ -4,6 +4,7 @@
 
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -19,10 +20,15 @@ typedef struct test_entry {
 /* Registers a test; called before main. entry: lives as long as the program. */
 void test_enter(test_entry *entry);
 
+/* Under a sanitizer, which makes code ten times slower and sees enough in smaller cases. */
+static inline bool is_sanitized(void) {
+  return getenv("TESTED_SANITIZED") != NULL;
+}
+
 /* The step of a loop over many like cases: 1, or 7 under a sanitizer, which makes each case ten times slower
  * and sees enough in a seventh of them. */
 static inline uint32_t test_stride(void) {
-  return getenv("TESTED_SANITIZED") ? 7 : 1;
+  return is_sanitized() ? 7 : 1;
 }
 
 /* TEST(cube_has_8_vertices) { ... } defines a test; TEST_WITH adds cmocka fixtures, which pass it `state`.

@@ -275,6 +275,8 @@ TEST(spines_that_lack_any_bones_move_hands_and_feet_to_the_same_places) {
   for (size_t i = 0; i < 3; i++)
     for (uint32_t from = 0; from < ALL; from += 1 << BIPED_SPINE)
       for (uint32_t to = 0; to < ALL; to += 1 << BIPED_SPINE) {
+        /* Under a sanitizer, once from and once to each. */
+        if ((((from + to) >> BIPED_SPINE) + i) % test_stride() != 0) continue;
         double off = worst_of((biped_options){.names = mixamo, .lacks = from},
                               (biped_options){.names = names[i], .seed = 4, .lacks = to}, 1);
         double room = from == to ? 1e-5 : 0.0095;

@@ -296,7 +296,7 @@ static void compare_with_steps(sheet *s, tw_surface_options options) {
 /* A sanitizer makes these ten times slower. One test of quads and one of triangles take the same ways through
  * the library as the others. */
 static void need_no_sanitizer(void) {
-  if (getenv("TESTED_SANITIZED")) skip();
+  if (is_sanitized()) skip();
 }
 
 TEST(open_answers_in_two_parts_have_the_rows_of_generic_steps) {
