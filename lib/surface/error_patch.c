@@ -471,7 +471,9 @@ static void lower(double error, double errors[TW_ERROR_LOOKED]) {
 
 static tw_face_measure measure_patch(const tw_error_part *p, uint32_t face, const tw_error_net *n,
                                      bool limit) {
+  const uint32_t *quad = p->topology.corner_vertex + tw_face_begin(&p->topology, face);
   tw_face_measure out = {.errors = {INFINITY, INFINITY, INFINITY}};
+  out.is_plain = !p->is_rim[quad[0]] && !p->is_rim[quad[1]] && !p->is_rim[quad[2]] && !p->is_rim[quad[3]];
   double normal[3], step = 0;
   bend bends[KINDS];
   tw_error_normal(p, face, normal);
@@ -553,15 +555,23 @@ static void find_limits(const tw_error_net *n, double out[PARTS + 1][PARTS + 1][
   }
 }
 
-/* Where a limit point lies over its face. */
-static uint8_t place_at(int u, int v) {
-  const bool is_on[4] = {v == 0, u == PARTS, v == PARTS, u == 0},
-             is_in[4] = {u >= v, u <= v, u + v >= PARTS, u + v <= PARTS};
-  uint32_t bits = 0;
+/* Where a patch's limit points lie over a face, from the places of its corners: in both halves of each side
+ * as tw_refine_topology makes them. */
+static void find_places(const uint8_t at[4], int v, int u, int size, uint8_t out[PARTS + 1][PARTS + 1]) {
+  if (size == 0) return;
+  const int half = size / 2;
+  const uint8_t sides[4] = {at[0] & at[1], at[1] & at[2], at[2] & at[3], at[3] & at[0]},
+                middle = (at[0] & at[2]) | (at[1] & at[3]);
+  const uint8_t children[4][4] = {{at[0], sides[0], middle, sides[3]},
+                                  {sides[0], at[1], sides[1], middle},
+                                  {middle, sides[1], at[2], sides[2]},
+                                  {sides[3], middle, sides[2], at[3]}};
+  out[v][u] = at[0];
+  out[v][u + size] = at[1];
+  out[v + size][u + size] = at[2];
+  out[v + size][u] = at[3];
   for (int i = 0; i < 4; i++)
-    bits |= (is_on[i] ? (uint32_t)TW_ERROR_ON_EDGE << i : 0) |
-            (is_in[i] ? (uint32_t)TW_ERROR_IN_TRIANGLE << i : 0);
-  return (uint8_t)bits;
+    find_places(children[i], i < 2 ? v : v + half, i == 1 || i == 2 ? u + half : u, half, out);
 }
 
 /* The least cosine between a normal and those of the triangles at the corners of one of a net's nine quads.
@@ -605,36 +615,74 @@ static double find_frame(const tw_error_net *n, double normal[3], tw_error_frame
   return tw_error_slope(least);
 }
 
-/* The distance of a face from its limit. rest: that of the limit from triangles of the face's limit points.
- */
-static double error_of_limits(const tw_error_net *n, double rest) {
+double tw_error_of_limits(const tw_error_base *b, const tw_error_net *n, const uint8_t places[4],
+                          double rest) {
+  double limits[PARTS + 1][PARTS + 1][3];
+  uint8_t at[PARTS + 1][PARTS + 1];
+  tw_error_gap gap = tw_error_gap_over(b);
+  find_limits(n, limits);
+  find_places(places, 0, 0, PARTS, at);
+  for (int v = 0; v <= PARTS; v++)
+    for (int u = 0; u <= PARTS; u++) tw_error_take_point(b, &gap, at[v][u], limits[v][u]);
+  return tw_error_gap_size(b, &gap) + rest / (PARTS * PARTS);
+}
+
+/* The distance of the limit from a face whose corners are control points. */
+static double error_of_control(const tw_error_net *n, double rest) {
   tw_error_frame frame;
-  tw_error_base base = {.size = 4, .around = 1, .frame = &frame};
-  double limits[PARTS + 1][PARTS + 1][3], corners[4][3];
+  tw_error_base base = {.size = 4, .frame = &frame};
+  double face[4][3];
+  uint8_t places[4];
   find_frame(n, base.normal, &frame);
-  find_face(n, corners);
+  find_face(n, face);
+  for (int i = 0; i < 4; i++) base.corners[i] = face[i];
+  tw_error_begin_base(&base, places);
+  return tw_error_of_limits(&base, n, places, rest);
+}
+
+/* The same of a face whose corners are limit points. Of the faces around it nothing is known: nothing slides.
+ */
+static double error_of_limit(const tw_error_net *n, double rest) {
+  static const uint32_t order[4] = {0, 1, 2, 3};
+  static const int ends[4][2] = {{0, 0}, {0, PARTS}, {PARTS, PARTS}, {PARTS, 0}}; /* v, u */
+  const tw_error_frame frame = {.corners = {-1, -1, -1, -1}, .edges = {-1, -1, -1, -1}, .own = -1};
+  tw_error_base base = {.size = 4, .frame = &frame};
+  double limits[PARTS + 1][PARTS + 1][3], face[4][3];
+  uint8_t places[4];
   find_limits(n, limits);
   for (int i = 0; i < 4; i++) {
-    base.corners[i] = corners[i];
-    base.around = tw_lesser(base.around, (double)frame.corners[i]);
+    memcpy(face[i], limits[ends[i][0]][ends[i][1]], sizeof face[i]);
+    base.corners[i] = face[i];
   }
-  tw_error_gap gap = tw_error_gap_over(&base);
-  for (int v = 0; v <= PARTS; v++)
-    for (int u = 0; u <= PARTS; u++) tw_error_take_point(&base, &gap, place_at(u, v), limits[v][u]);
-  return gap.size + rest / (PARTS * PARTS);
+  tw_corners_normal(face[0], order, 4, base.normal);
+  tw_error_begin_base(&base, places);
+  return tw_error_of_limits(&base, n, places, rest);
+}
+
+/* The same of a face of a level that shows limit points. */
+static double error_of_shown(const tw_error_part *p, uint32_t face, const tw_error_net *n, double rest) {
+  const uint32_t *quad = p->topology.corner_vertex + tw_face_begin(&p->topology, face);
+  tw_error_frame frame;
+  tw_error_base base = {.size = 4, .frame = &frame};
+  uint8_t places[4];
+  tw_error_normal(p, face, base.normal);
+  tw_error_find_frame(p, face, base.normal, &frame);
+  for (int i = 0; i < 4; i++) base.corners[i] = tw_point_at(p->shown, quad[i]);
+  tw_error_begin_base(&base, places);
+  return tw_error_of_limits(&base, n, places, rest);
 }
 
 /* Looks at the limit points of a face, and at those of its children, whose second differences are a quarter.
  */
-static void look_at_limits(const tw_error_net *n, const double enough[TW_ERROR_LOOKED],
+static void look_at_limits(const tw_error_net *n, bool limit, const double enough[TW_ERROR_LOOKED],
                            double errors[TW_ERROR_LOOKED]) {
+  double (*error_of)(const tw_error_net *, double) = limit ? error_of_limit : error_of_control;
   tw_error_net quarters[4];
   double unused, rest = tw_error_of_net(n, true, &unused), most = 0;
-  if (errors[0] > enough[0]) errors[0] = tw_lesser(errors[0], error_of_limits(n, rest));
+  if (errors[0] > enough[0]) errors[0] = tw_lesser(errors[0], error_of(n, rest));
   if (errors[1] > enough[1]) {
     split_net(n, quarters);
-    for (int i = 0; i < 4 && most < errors[1]; i++)
-      most = tw_greater(most, error_of_limits(&quarters[i], rest / 4));
+    for (int i = 0; i < 4 && most < errors[1]; i++) most = tw_greater(most, error_of(&quarters[i], rest / 4));
     errors[1] = tw_lesser(errors[1], most);
   }
   for (int i = TW_ERROR_LOOKED - 1; i-- > 0;) errors[i] = tw_greater(errors[i], errors[i + 1]);
@@ -651,14 +699,19 @@ void tw_error_look_closely(const tw_error_part *p, uint32_t face, double enough,
 
 void tw_error_look_all_over(const tw_error_part *p, uint32_t face, const double enough[TW_ERROR_LOOKED],
                             tw_face_measure *own) {
-  const uint32_t *quad = p->topology.corner_vertex + tw_face_begin(&p->topology, face);
+  bool limit = p->shown != p->control;
   tw_error_net n;
-  bool has_rims = p->is_rim[quad[0]] || p->is_rim[quad[1]] || p->is_rim[quad[2]] || p->is_rim[quad[3]];
-  if (!has_rims && find_net(p, face, &n)) look_at_limits(&n, enough, own->errors);
+  double unused;
+  if (!(limit || own->is_plain) || !find_net(p, face, &n)) return;
+  look_at_limits(&n, limit, enough, own->errors);
+  if (!limit || own->errors[0] <= enough[0]) return;
+  double error = error_of_shown(p, face, &n, tw_error_of_net(&n, true, &unused));
+  own->errors[0] = tw_greater(own->errors[1], tw_lesser(own->errors[0], error));
 }
 
-void tw_error_look_at_net(const tw_error_net *n, const double enough[TW_ERROR_LOOKED],
-                          double errors[TW_ERROR_LOOKED]) {
+/* The deviation of control points, where points slide over the faces around. */
+static void look_at_slides(const tw_error_net *n, const double enough[TW_ERROR_LOOKED],
+                           double errors[TW_ERROR_LOOKED]) {
   tw_error_frame frame;
   double normal[3], usual, slope = find_frame(n, normal, &frame);
   bend bends[KINDS];
@@ -667,7 +720,12 @@ void tw_error_look_at_net(const tw_error_net *n, const double enough[TW_ERROR_LO
   slope = find_slope(n, normal, slope, &most, tw_lesser(enough[0], tw_lesser(4 * enough[1], 16 * enough[2])));
   lower(most.whole, errors);
   if (isfinite(slope)) lower(most.normal + slope * most.slide, errors);
-  look_at_limits(n, enough, errors);
+}
+
+void tw_error_look_at_net(const tw_error_net *n, bool limit, const double enough[TW_ERROR_LOOKED],
+                          double errors[TW_ERROR_LOOKED]) {
+  if (!limit) look_at_slides(n, enough, errors);
+  look_at_limits(n, limit, enough, errors);
 }
 
 /* ---- patches around irregular points ----------------------------------------------------------- */

@@ -427,7 +427,7 @@ static void take_regular(const tw_error_wheel *w, const ring *r, bool limit, boo
     if (known && is_farther(order[i], known, errors, count)) {
       for (uint32_t k = 0; k < TW_ERROR_LOOKED; k++)
         enough[k] = k < count ? tw_greater(known[k], errors[k]) : INFINITY;
-      tw_error_look_at_net(&order[i]->net, enough, each);
+      tw_error_look_at_net(&order[i]->net, limit, enough, each);
     }
     for (uint32_t k = 0; k < count; k++) {
       error = k < TW_ERROR_LOOKED ? each[k] : error / 4;

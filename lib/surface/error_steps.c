@@ -11,13 +11,14 @@ void tw_error_gap_take(tw_error_gap *g, const double *to, const double *from, do
   g->size = tw_greater(g->size, o.whole);
 }
 
-void tw_error_nearest_on(const double *a, const double *b, const double *to, double out[3]) {
+double tw_error_nearest_on(const double *a, const double *b, const double *to, double out[3]) {
   double side[3], from[3];
   tw_difference3(b, a, side);
   tw_difference3(to, a, from);
   double square = tw_dot3(side, side), share = square > 0 ? tw_dot3(from, side) / square : 0;
   share = tw_greater(0, tw_lesser(1, share));
   for (int c = 0; c < 3; c++) out[c] = a[c] + share * side[c];
+  return share;
 }
 
 double tw_error_of_quad(double own[4][3], double next[9][3], const double normal[3], double slope) {
@@ -84,6 +85,17 @@ static double edge_cosine(const tw_error_part *p, uint32_t corner, const double 
   const tw_topology *t = &p->topology;
   if (tw_error_is_end(p, t->corner_edge[corner])) return -1;
   return tw_lesser(own, tw_error_face_cosine(p, tw_corner_face(t, t->sibling[corner]), normal));
+}
+
+void tw_error_find_frame(const tw_error_part *p, uint32_t face, const double normal[3], tw_error_frame *out) {
+  uint32_t begin = tw_face_begin(&p->topology, face), size = tw_face_size(&p->topology, face);
+  double own = tw_dot3(normal, normal) > 0 ? tw_error_face_cosine(p, face, normal) : 0;
+  for (uint32_t i = 0; i < size && size <= 4; i++) {
+    out->corners[i] = tw_error_rounded_down(tw_error_ring_cosine(p, begin + i, normal));
+    out->edges[i] = tw_error_rounded_down(edge_cosine(p, begin + i, normal, own));
+  }
+  out->own = tw_error_rounded_down(own);
+  out->reach = (float)(tw_error_reach(p, face) * (1 - 1e-6));
 }
 
 double tw_error_of_step(const tw_measuring *m, const tw_error_part *p, const double *next, uint32_t face,

@@ -24,15 +24,19 @@
  * Hulls. The two triangles of a quad may be cut along either diagonal. So a descendant's point inside a quad
  * has partners on both, which in slivers may be far along the quad. Instead, let its partner be the nearest
  * point of the hull of the quad's four corners, a tetrahedron. This maps the descendants into the hull, and
- * edges onto edges. The hull is convex, so a piece's points move at most as far as one of its corners does. A
- * second map takes the hull onto the two triangles, and moves nothing farther than the distance w between the
- * diagonals: a point of the hull has weights of the corners, those of 1 and 3 being b and e. Let the
- * diagonals be nearest at p on that from 0 to 2, and at t of the way from 1 to 3. Take m (1 - t) off b and m
- * t off e, where m is the greatest that leaves neither below 0, and add m to p. One of b and e is 0 then, so
- * the point lies on one of the triangles that meet in the diagonal from 0 to 2; it has moved by m w, and m is
- * at most 1. Points of these triangles stay. (If t is 0 or 1, take a t beside it: w changes as little as one
- * likes.) The other diagonal is alike. Together the maps take the descendants to the two triangles, edges
- * onto edges, so these are covered, and w more bounds both ways. */
+ * edges onto edges. A second map takes the hull onto the two triangles: a point of the hull has weights of
+ * the corners, those of 1 and 3 being b and e. Take a point p of the diagonal from 0 to 2, and one at t of
+ * the way from 1 to 3, w apart. Take m (1 - t) off b and m t off e, where m is the greatest that leaves
+ * neither below 0, and add m to p. One of b and e is 0 then, so the point lies on one of the triangles that
+ * meet in the diagonal from 0 to 2; it has moved by m w. Points of these triangles stay. The other diagonal
+ * is alike. Together the maps take the descendants to the two triangles, edges onto edges, so these are
+ * covered, and m w more bounds both ways. m is at most b / (1 - t), e / t and 1. Over a piece's triangle the
+ * first map's distance is convex and the weights are linear, so its sum with either of these is greatest at a
+ * corner: the lesser of both holds for the piece.
+ *
+ * Limit points. A piece around which all is regular is known without its descendants: its limit points are,
+ * by its net of control points, and the limit is as near to their triangles as second differences say. So
+ * limit points all over it stand in for it, each at the place that a descendant's corner would have. */
 #include <string.h>
 
 #include "sorted.h"
@@ -42,6 +46,7 @@ enum {
   DEPTH = 3,            /* how many levels deeper a face is compared */
   FACES_AT_ONCE = 1024, /* between two charges of work */
   LOOK_WORK = 4096,     /* of a face that is looked at again */
+  PATCH_WORK = 1024,    /* of a piece, by its limit points */
   ON_EDGE = TW_ERROR_ON_EDGE,
   IN_TRIANGLE = TW_ERROR_IN_TRIANGLE
 };
@@ -62,20 +67,21 @@ typedef struct compared {
   uint32_t depth;
   bool loop;
   tw_error_base base;
+  uint32_t *patches; /* counts pieces whose limit points are looked at; NULL: none are */
 } compared;
 
 static uint32_t size_of(const tw_level_errors *l, uint32_t face) {
   return l->begins[face + 1] - l->begins[face];
 }
 
-/* The point of a triangle nearest to another: Ericson 2005, "Real-Time Collision Detection", 5.1.5. */
-static void nearest_on_triangle(const double *a, const double *b, const double *c, const double *to,
-                                double out[3]) {
+/* The point of a triangle nearest to another: Ericson 2005, "Real-Time Collision Detection", 5.1.5. weights:
+ * of its corners. */
+static void nearest_on_triangle(const double *const corners[3], const double *to, double out[3],
+                                double weights[3]) {
   double ab[3], ac[3], at[3], normal[3], inside[3], best = INFINITY;
-  const double *corners[3] = {a, b, c};
-  tw_difference3(b, a, ab);
-  tw_difference3(c, a, ac);
-  tw_difference3(to, a, at);
+  tw_difference3(corners[1], corners[0], ab);
+  tw_difference3(corners[2], corners[0], ac);
+  tw_difference3(to, corners[0], at);
   tw_cross3(ab, ac, normal);
   double square = tw_dot3(normal, normal);
   tw_cross3(at, ac, inside);
@@ -83,17 +89,31 @@ static void nearest_on_triangle(const double *a, const double *b, const double *
   tw_cross3(ab, at, inside);
   double third = tw_dot3(inside, normal);
   if (square > 0 && second >= 0 && third >= 0 && second + third <= square) {
-    for (int i = 0; i < 3; i++) out[i] = a[i] + second / square * ab[i] + third / square * ac[i];
+    weights[1] = second / square;
+    weights[2] = third / square;
+    weights[0] = 1 - weights[1] - weights[2];
+    for (int i = 0; i < 3; i++) out[i] = corners[0][i] + weights[1] * ab[i] + weights[2] * ac[i];
     return;
   }
   for (int i = 0; i < 3; i++) {
-    double foot[3], moved[3];
-    tw_error_nearest_on(corners[i], corners[(i + 1) % 3], to, foot);
+    int next = (i + 1) % 3;
+    double foot[3], moved[3], share = tw_error_nearest_on(corners[i], corners[next], to, foot);
     tw_difference3(to, foot, moved);
     double distance = tw_dot3(moved, moved);
     if (distance >= best) continue;
     best = distance;
-    for (int k = 0; k < 3; k++) out[k] = foot[k];
+    memcpy(out, foot, sizeof foot);
+    weights[i] = 1 - share;
+    weights[next] = share;
+    weights[3 - i - next] = 0;
+  }
+}
+
+/* Adds what the maps of a hull move a partner by, which has these weights of the corners. */
+static void add_maps(const tw_error_hull *h, double size, const double weights[4], double sums[4]) {
+  for (int i = 0; i < 4; i++) {
+    double share = h->shares[i % 2], most = i < 2 ? 1 - share : share;
+    sums[i] = tw_greater(sums[i], size + h->width * tw_lesser(1, weights[i] / most));
   }
 }
 
@@ -110,49 +130,75 @@ static void take_at_corner(const tw_error_base *b, tw_error_gap *g, uint32_t i, 
     if (tw_offset_split(moved, g->normal).slide <= g->reach) own.size = tw_lesser(own.size, most);
   }
   g->size = tw_greater(g->size, own.size);
+  if (!b->hull) return;
+  double weights[4] = {0};
+  weights[i] = 1;
+  add_maps(b->hull, own.size, weights, g->sums);
 }
 
 /* A point over the inside of a triangle, or beside it: then it slides over the faces around. */
 static void take_inner(const tw_error_base *b, tw_error_gap *g, const uint8_t triangle[3],
                        const double *point) {
-  double foot[3];
-  nearest_on_triangle(b->corners[triangle[0]], b->corners[triangle[1]], b->corners[triangle[2]], point, foot);
+  const double *corners[3] = {b->corners[triangle[0]], b->corners[triangle[1]], b->corners[triangle[2]]};
+  double foot[3], unused[3];
+  nearest_on_triangle(corners, point, foot, unused);
   tw_error_gap_take(g, point, foot, b->around);
 }
 
 /* The same over the hull of a quad: the nearest point of its four triangles is in it. */
 static void take_in_hull(const tw_error_base *b, tw_error_gap *g, const double *point) {
-  double foot[3], moved[3], nearest[3] = {0}, least = INFINITY;
+  double foot[3], moved[3], own[3], nearest[3] = {0}, weights[4] = {0}, least = INFINITY;
   for (int k = 0; k < 4; k++) {
-    const uint8_t *corners = quad_triangles[k];
-    nearest_on_triangle(b->corners[corners[0]], b->corners[corners[1]], b->corners[corners[2]], point, foot);
+    const uint8_t *triangle = quad_triangles[k];
+    const double *corners[3] = {b->corners[triangle[0]], b->corners[triangle[1]], b->corners[triangle[2]]};
+    nearest_on_triangle(corners, point, foot, own);
     tw_difference3(point, foot, moved);
     double square = tw_dot3(moved, moved);
     if (square >= least) continue;
     least = square;
     memcpy(nearest, foot, sizeof nearest);
+    memset(weights, 0, sizeof weights);
+    for (int i = 0; i < 3; i++) weights[triangle[i]] = own[i];
   }
-  tw_error_gap_take(g, point, nearest, b->around);
+  tw_error_gap whole = *g;
+  whole.size = 0;
+  tw_error_gap_take(&whole, point, nearest, b->around);
+  g->size = tw_greater(g->size, whole.size);
+  add_maps(b->hull, whole.size, weights, g->sums);
 }
 
-/* The distance between the diagonals of a quad, or a little more: each step finds the point of one that is
- * nearest to that of the other. */
-static double find_width(const double *const corners[4]) {
+/* Where the diagonals of a quad are nearest, or almost: each step finds the point of one that is nearest to
+ * that of the other. */
+static tw_error_hull find_hull(const double *const corners[4]) {
   enum { STEPS = 8 };
-  double one[3], other[3], moved[3];
-  for (int c = 0; c < 3; c++) one[c] = (corners[1][c] + corners[3][c]) / 2;
-  for (int step = 0; step < STEPS; step++) {
-    tw_error_nearest_on(corners[0], corners[2], one, other);
-    tw_error_nearest_on(corners[1], corners[3], other, one);
+  const double end = 1. / 64; /* neither point is a corner */
+  double points[2][3], moved[3];
+  tw_error_hull out = {{0.5, 0.5}, 0};
+  for (int step = 0; step <= 2 * STEPS; step++) {
+    int own = step % 2;
+    const double *from = corners[own], *to = corners[own + 2];
+    if (step > 0) out.shares[own] = tw_error_nearest_on(from, to, points[1 - own], moved);
+    out.shares[own] = tw_greater(end, tw_lesser(1 - end, out.shares[own]));
+    for (int c = 0; c < 3; c++) points[own][c] = from[c] + out.shares[own] * (to[c] - from[c]);
   }
-  tw_difference3(one, other, moved);
-  return tw_length3(moved);
+  tw_difference3(points[0], points[1], moved);
+  out.width = tw_length3(moved);
+  return out;
 }
 
 static void take_on_edge(const tw_error_base *b, tw_error_gap *g, uint32_t edge, const double *point) {
   double foot[3];
-  tw_error_nearest_on(b->corners[edge], b->corners[(edge + 1) % b->size], point, foot);
-  tw_error_gap_take(g, point, foot, (double)b->frame->edges[edge]);
+  uint32_t next = (edge + 1) % b->size;
+  double share = tw_error_nearest_on(b->corners[edge], b->corners[next], point, foot);
+  tw_error_gap whole = *g;
+  whole.size = 0;
+  tw_error_gap_take(&whole, point, foot, (double)b->frame->edges[edge]);
+  g->size = tw_greater(g->size, whole.size);
+  if (!b->hull) return;
+  double weights[4] = {0};
+  weights[edge] = 1 - share;
+  weights[next] = share;
+  add_maps(b->hull, whole.size, weights, g->sums);
 }
 
 void tw_error_take_point(const tw_error_base *b, tw_error_gap *g, uint8_t place, const double *point) {
@@ -172,7 +218,7 @@ void tw_error_take_point(const tw_error_base *b, tw_error_gap *g, uint8_t place,
     take_inner(b, g, quad_triangles[0], point);
     return;
   }
-  if (b->is_hull) {
+  if (b->hull) {
     take_in_hull(b, g, point);
     return;
   }
@@ -199,7 +245,69 @@ static double piece_error(const compared *c, const piece *own) {
     tw_error_take_point(&c->base, &g, own->places[i], tw_point_at(l->points, vertex));
     beside = tw_greater(beside, l->around[vertex]);
   }
-  return g.size + tw_lesser(beside, l->wholes[own->face]);
+  return tw_error_gap_size(&c->base, &g) + tw_lesser(beside, l->wholes[own->face]);
+}
+
+/* A corner of a face at a vertex of four quads: the corners beyond it are those of the net around the face.
+ */
+typedef struct net_corner {
+  const tw_level_errors *level;
+  uint32_t face, corner, next, previous; /* the face's corner, and the vertices beside it */
+  double *against_next, *against_previous, *against_opposite;
+} net_corner;
+
+static bool fill_corner(const net_corner *n) {
+  const tw_level_errors *l = n->level;
+  uint32_t vertex = l->corners[l->begins[n->face] + n->corner], filled = 0;
+  for (uint32_t k = l->fan_begins[vertex]; k < l->fan_begins[vertex + 1]; k++) {
+    const uint32_t *quad = l->corners + l->begins[l->fan_faces[k]];
+    uint32_t i = 0;
+    if (l->fan_faces[k] == n->face) continue;
+    while (i < 3 && quad[i] != vertex) i++;
+    uint32_t next = quad[(i + 1) % 4], opposite = quad[(i + 2) % 4], previous = quad[(i + 3) % 4];
+    int side = previous == n->next ? 0 : next == n->previous ? 1 : 2;
+    memcpy(side == 0   ? n->against_previous
+           : side == 1 ? n->against_next
+                       : n->against_opposite,
+           tw_point_at(l->control, side == 0   ? next
+                                   : side == 1 ? previous
+                                               : opposite),
+           sizeof(double[3]));
+    filled |= 1u << side;
+  }
+  return filled == 7 && l->fan_begins[vertex + 1] - l->fan_begins[vertex] == 4;
+}
+
+/* The net of a patch around which nothing is a rim, as error_patch.c finds it. */
+static bool find_net(const tw_level_errors *l, uint32_t face, tw_error_net *out) {
+  static const int places[4][2] = {{1, 1}, {1, 2}, {2, 2}, {2, 1}}; /* v, u */
+  const uint32_t *quad = l->corners + l->begins[face];
+  for (uint32_t i = 0; i < 4; i++) {
+    const int *here = places[i], *next = places[(i + 1) % 4], *previous = places[(i + 3) % 4];
+    int nv = next[0] - here[0], nu = next[1] - here[1], pv = previous[0] - here[0],
+        pu = previous[1] - here[1];
+    memcpy(out->points[here[0]][here[1]], tw_point_at(l->control, quad[i]), sizeof(double[3]));
+    if (!fill_corner(&(net_corner){.level = l,
+                                   .face = face,
+                                   .corner = i,
+                                   .next = quad[(i + 1) % 4],
+                                   .previous = quad[(i + 3) % 4],
+                                   .against_next = out->points[here[0] - nv][here[1] - nu],
+                                   .against_previous = out->points[here[0] - pv][here[1] - pu],
+                                   .against_opposite = out->points[here[0] - nv - pv][here[1] - nu - pu]}))
+      return false;
+  }
+  return true;
+}
+
+/* The distance of a piece that is a patch, by its limit points; INFINITY for others. */
+static double patch_error(const compared *c, const piece *own) {
+  const tw_level_errors *l = &c->levels[own->level];
+  tw_error_net n;
+  double unused;
+  if (!l->is_plain[own->face] || !find_net(l, own->face, &n)) return INFINITY;
+  ++*c->patches;
+  return tw_error_of_limits(&c->base, &n, own->places, tw_error_of_net(&n, true, &unused));
 }
 
 /* The index in l->made of a face from which the next level was made; UINT32_MAX for other faces. */
@@ -230,6 +338,7 @@ static piece child_of(const compared *c, const piece *parent, uint32_t size, uin
 static double find_least(const compared *c, const piece *own, double enough) {
   const tw_level_errors *l = &c->levels[own->level];
   double error = own->level > 0 ? piece_error(c, own) : INFINITY, most = 0;
+  if (error > enough && own->level > 0 && c->patches) error = tw_lesser(error, patch_error(c, own));
   if (error <= enough || own->level == DEPTH || own->level == c->depth) return error;
   uint32_t left = find_left(l, own->face), size = size_of(l, own->face);
   if (left == UINT32_MAX || l->steps[left] < 0) return error;
@@ -241,21 +350,28 @@ static double find_least(const compared *c, const piece *own, double enough) {
   return tw_lesser(error, most);
 }
 
-static compared start(const tw_level_errors *levels, uint32_t depth, bool loop, uint32_t left, piece *whole) {
-  uint32_t face = levels->made[left], begin = levels->begins[face];
-  compared c = {
-      levels, depth, loop, {.size = size_of(levels, face), .around = 1, .frame = &levels->frames[left]}};
-  tw_error_base *base = &c.base;
-  *whole = (piece){.face = face};
-  for (uint32_t i = 0; i < base->size; i++) {
-    base->corners[i] = tw_point_at(levels->points, levels->corners[begin + i]);
-    base->around = tw_lesser(base->around, (double)base->frame->corners[i]);
-    whole->places[i] = (uint8_t)(ON_EDGE << i | ON_EDGE << (i + base->size - 1) % base->size);
+void tw_error_begin_base(tw_error_base *b, uint8_t places[4]) {
+  b->around = 1;
+  for (uint32_t i = 0; i < b->size; i++) {
+    b->around = tw_lesser(b->around, (double)b->frame->corners[i]);
+    places[i] = (uint8_t)(ON_EDGE << i | ON_EDGE << (i + b->size - 1) % b->size);
     for (uint32_t k = 0; k < 4; k++)
       for (uint32_t j = 0; j < 3; j++)
-        if (base->size == 3 || quad_triangles[k][j] == i) whole->places[i] |= (uint8_t)(IN_TRIANGLE << k);
+        if (b->size == 3 || quad_triangles[k][j] == i) places[i] |= (uint8_t)(IN_TRIANGLE << k);
   }
-  tw_corners_normal(levels->points, levels->corners + begin, base->size, base->normal);
+}
+
+static compared start(const tw_level_errors *levels, uint32_t depth, bool loop, uint32_t left, piece *whole) {
+  uint32_t face = levels->made[left], begin = levels->begins[face];
+  compared c = {.levels = levels,
+                .depth = depth,
+                .loop = loop,
+                .base = {.size = size_of(levels, face), .frame = &levels->frames[left]}};
+  *whole = (piece){.face = face};
+  for (uint32_t i = 0; i < c.base.size; i++)
+    c.base.corners[i] = tw_point_at(levels->points, levels->corners[begin + i]);
+  tw_error_begin_base(&c.base, whole->places);
+  tw_corners_normal(levels->points, levels->corners + begin, c.base.size, c.base.normal);
   return c;
 }
 
@@ -374,7 +490,7 @@ static tw_error_frame turned_frame(const tw_level_errors *l, uint32_t face, cons
   return out;
 }
 
-/* Looks at a face again, by planes and by its hull. */
+/* Looks at a face again, by planes, by limit points of patches and by its hull. */
 static void look_again(const compared *by, const piece *whole, double enough, double *error) {
   const tw_level_errors *l = by->levels;
   compared c = *by;
@@ -390,30 +506,34 @@ static void look_again(const compared *by, const piece *whole, double enough, do
   c.base.planes = &planes;
   *error = tw_lesser(*error, find_least(&c, whole, enough));
   if (*error <= enough || c.base.size < 4) return;
-  double width = find_width(c.base.corners);
-  c.base.is_hull = true;
-  *error = tw_lesser(*error, width + find_least(&c, whole, enough - width));
+  const tw_error_hull hull = find_hull(c.base.corners);
+  c.base.hull = &hull;
+  *error = tw_lesser(*error, find_least(&c, whole, enough));
 }
 
 /* Compares an open face with what comes of it. */
 static tw_status refine_error(tw_arena *scratch, tw_level_errors *levels, uint32_t depth, bool loop,
                               uint32_t left, double enough) {
-  uint32_t face = levels->made[left];
+  uint32_t face = levels->made[left], patches = 0;
   double *error = &levels->errors[face];
   piece whole;
   if (size_of(levels, face) > 4) return TW_OK;
   compared c = start(levels, depth, loop, left, &whole);
   *error = tw_lesser(*error, find_least(&c, &whole, enough));
   if (*error <= enough) return TW_OK;
-  tw_status status = levels->fan_begins ? TW_OK : find_fans(scratch, levels);
-  if (status != TW_OK) return status;
+  for (uint32_t i = 0; i <= depth && i <= DEPTH; i++) {
+    tw_status status = levels[i].fan_begins ? TW_OK : find_fans(scratch, &levels[i]);
+    if (status != TW_OK) return status;
+  }
   if (!tw_work(LOOK_WORK)) return TW_CANCELLED;
+  c.patches = &patches;
   look_again(&c, &whole, enough, error);
-  if (*error <= enough || !turn(levels, face, c.base.frame, c.base.normal)) return TW_OK;
-  tw_error_frame turned = turned_frame(levels, face, c.base.frame, c.base.normal);
-  c.base.frame = &turned;
-  look_again(&c, &whole, enough, error);
-  return TW_OK;
+  if (*error > enough && turn(levels, face, c.base.frame, c.base.normal)) {
+    tw_error_frame turned = turned_frame(levels, face, c.base.frame, c.base.normal);
+    c.base.frame = &turned;
+    look_again(&c, &whole, enough, error);
+  }
+  return tw_work((uint64_t)PATCH_WORK * patches) ? TW_OK : TW_CANCELLED;
 }
 
 static tw_status find_around(tw_arena *arena, tw_level_errors *l) {

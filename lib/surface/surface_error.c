@@ -21,8 +21,8 @@
  * steps are made for a batch of faces at a time, and so are deeper ones that have no room at once.
  * 4. Where measured faces are far and their children have no room, limit points all over them are compared
  * with the triangle that each comes from (error_patch.c); so are regular faces around an irregular point,
- * where they make a ring farther than what is known. Each of these is a bound by itself, so the lesser one
- * holds.
+ * where they make a ring farther than what is known, and those that coarser faces are compared with. Each of
+ * these is a bound by itself, so the lesser one holds.
  *
  * After the last step, what is left follows from the convex hull of the control points around a face, in
  * which all deeper levels and the limit lie, as masks have no negative weights.
@@ -184,16 +184,16 @@ static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_
   if (status != TW_OK) return status;
   others = tw_greater(found->settled[p->level], found->step / 4);
   double allowed = tw_greater(loose * tw_greater(usual, others), wish->enough / SMALL_PART);
-  if (!m->rules.linear && !m->options->limit) { /* how far faces around limit points reach is not known */
+  s.allowed[0] = allowed;
+  for (int i = 1; i < TW_ERROR_LOOKED; i++) s.allowed[i] = next * s.allowed[i - 1];
+  if (!m->rules.linear && !m->options->limit) {
     s.kind = PASS_CLOSELY;
-    s.allowed[0] = allowed;
-    for (int i = 1; i < TW_ERROR_LOOKED; i++) s.allowed[i] = next * s.allowed[i - 1];
     status = run(&s, &usual);
     if (status != TW_OK) return status;
   }
   if (is_too_large(m, p)) {
     s.limit = allowed = leave_room(m, p, s.of_face, allowed);
-    if (s.kind == PASS_CLOSELY) {
+    if (!m->rules.linear) {
       s.kind = PASS_ALL_OVER;
       status = run(&s, &usual);
     }
@@ -203,6 +203,7 @@ static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_
     const double *errors = s.of_face[f].errors;
     if (p->states[f] < TW_FACE_OPEN || errors[0] < 0) continue;
     p->wholes[f] = s.of_face[f].whole;
+    found->levels[p->level].is_plain[f] = s.of_face[f].is_plain;
     p->errors[f] = errors[0];
     p->nexts[f] = tw_greater(errors[1], 4 * errors[2]); /* of which deeper levels have quarters */
     if (tells_more(p, f, &s.of_face[f], allowed)) {
@@ -370,7 +371,7 @@ static tw_status settle_rings(const tw_measuring *m, tw_error_part *p, bool all,
   if (status != TW_OK) return status;
   ring *rings = s.rings;
   double limit = all ? INFINITY : find_ring_room(m, rings, count);
-  if (!m->options->limit) status = look_at_rings(s, count, limit, found->settled + p->level);
+  status = look_at_rings(s, count, limit, found->settled + p->level);
   if (status != TW_OK) return status;
   for (uint32_t i = 0; i < count; i++) {
     bool settles = rings[i].count > 0 && rings[i].errors[0] <= limit;
@@ -499,6 +500,11 @@ static tw_status keep_points(findings *found, const tw_error_part *p) {
   kept->points = tw_arena_alloc_raw(found->arena, kept->vertex_count, sizeof(double[3]));
   if (!kept->points) return TW_NO_MEMORY;
   memcpy(kept->points, p->shown, kept->vertex_count * sizeof(double[3]));
+  kept->control = kept->points;
+  if (p->shown == p->control) return TW_OK;
+  kept->control = tw_arena_alloc_raw(found->arena, kept->vertex_count, sizeof(double[3]));
+  if (!kept->control) return TW_NO_MEMORY;
+  memcpy(kept->control, p->control, kept->vertex_count * sizeof(double[3]));
   return TW_OK;
 }
 
@@ -514,7 +520,9 @@ static tw_status keep_made(findings *found, tw_error_part *p) {
   kept->corners = tw_arena_alloc_raw(found->arena, t->corner_count, sizeof *kept->corners);
   p->nexts = tw_arena_alloc(found->arena, t->face_count, sizeof *p->nexts);
   p->falls = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *p->falls);
-  if (!p->errors || !p->wholes || !p->nexts || !p->falls || !kept->begins || !kept->corners)
+  kept->is_plain = tw_arena_alloc(found->arena, t->face_count, sizeof *kept->is_plain);
+  if (!p->errors || !p->wholes || !p->nexts || !p->falls || !kept->is_plain || !kept->begins ||
+      !kept->corners)
     return TW_NO_MEMORY;
   for (uint32_t f = 0; f < t->face_count; f++) {
     kept->begins[f] = tw_face_begin(t, f);

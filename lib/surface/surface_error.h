@@ -72,8 +72,10 @@ typedef struct tw_level_errors {
   uint32_t *corners; /* of all faces, in the order of their corners */
   uint32_t *begins;  /* [face_count + 1] the first corner of each face */
   double *points;    /* [vertex_count][3] as answers have them */
+  double *control;   /* [vertex_count][3] control points: the same ones, unless answers have limit points */
   double *errors; /* [face_count] the distance of a face from the limit; of open ones it is summed up last */
   double *wholes; /* [face_count] as tw_face_measure has them; INFINITY: not measured */
+  bool *is_plain; /* [face_count] as tw_face_measure has them */
   uint32_t left_count;    /* faces that are left; 0 at the last level */
   uint32_t *made;         /* [left_count] as in tw_error_part; ascending */
   uint32_t *children;     /* [left_count + 1] the first child of each */
@@ -98,6 +100,7 @@ typedef struct tw_face_measure {
   double whole; /* the first if nothing slides, from points of the face to those of its own limit */
   double usual; /* about what it would be if nothing varied: where it is much more, its children tell more */
   tw_offset offset; /* of a patch: between its points and those of the face at the same parameters */
+  bool is_plain;    /* it is a patch of smooth rules, and nothing around it is a rim */
 } tw_face_measure;
 
 /* Of numbers: unlike fmax and fmin they are no calls. */
@@ -219,13 +222,13 @@ tw_face_measure tw_error_of_patch(const tw_measuring *m, const tw_error_part *p,
  * look, which costs more. The level shows control points, not limit points. */
 void tw_error_look_closely(const tw_error_part *p, uint32_t face, double enough, tw_face_measure *own);
 
-/* The same at limit points all over a face, where its children have no room. enough: on its own level and the
- * next ones. */
+/* The same at limit points all over a face, where its children have no room; also where the level shows limit
+ * points. enough: on its own level and the next ones. */
 void tw_error_look_all_over(const tw_error_part *p, uint32_t face, const double enough[TW_ERROR_LOOKED],
                             tw_face_measure *own);
 
-/* Both for a patch around which nothing is a rim. */
-void tw_error_look_at_net(const tw_error_net *n, const double enough[TW_ERROR_LOOKED],
+/* Both for a patch around which nothing is a rim. limit: its level shows limit points. */
+void tw_error_look_at_net(const tw_error_net *n, bool limit, const double enough[TW_ERROR_LOOKED],
                           double errors[TW_ERROR_LOOKED]);
 
 /* The distance of a patch, which its children have a quarter of. *hull: what it and they have at most where
@@ -244,8 +247,8 @@ uint32_t tw_error_wheel_valence(const tw_topology *t, uint32_t vertex);
 /* The distances of the faces around an irregular vertex from the limit: at out[0] on their own level, then on
  * the deeper ones. Returns how many of these were found; deeper levels are no farther than the last one.
  * enough: what is less is looked at no further. known: [TW_ERROR_RING_LEVELS + 1] distances from the same
- * level on: what is more is looked at closely, by what surfaces show control points; NULL: nothing is. 0: the
- * vertex is regular, or not alone; faces have no second irregular one otherwise. out: [TW_ERROR_RING_LEVELS]
+ * level on: what is more is looked at closely; NULL: nothing is. 0: the vertex is regular, or not alone;
+ * faces have no second irregular one otherwise. out: [TW_ERROR_RING_LEVELS]
  */
 enum { TW_ERROR_RING_LEVELS = TW_LEVEL_MAX + TW_ERROR_FURTHER_LEVELS + 1 };
 uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_t vertex, double enough,
@@ -258,6 +261,7 @@ typedef struct tw_error_gap {
   double normal[3]; /* the face's */
   double reach;     /* the longest way that a point may slide */
   double size;      /* the greatest difference so far */
+  double sums[4];   /* over a hull: the greatest with what its two maps add, each by either share */
 } tw_error_gap;
 
 /* Takes a point and its partner into account, by the whole difference or by its part along the normal and the
@@ -266,8 +270,8 @@ typedef struct tw_error_gap {
 void tw_error_gap_take(tw_error_gap *g, const double *to, const double *from, double cosine);
 
 /* The point of an edge that is nearest to another one. Points of edges and diagonals have partners there: so
- * they may slide along these, as they do around irregular points, at no cost. */
-void tw_error_nearest_on(const double *a, const double *b, const double *to, double out[3]);
+ * they may slide along these, as they do around irregular points, at no cost. Returns its share of b. */
+double tw_error_nearest_on(const double *a, const double *b, const double *to, double out[3]);
 
 /* The distance between a quad and its children. next: points of these around the quad, from its first corner
  * on, and the middle. slope: the greatest around, seen along the normal. */
@@ -280,6 +284,12 @@ typedef struct tw_error_planes {
   double normals[4][TW_AROUND_MAX][3];
 } tw_error_planes;
 
+/* The hull of a quad's corners (error_sums.c): where its diagonals are near each other. */
+typedef struct tw_error_hull {
+  double shares[2]; /* of the way from corner 0 to 2, and from 1 to 3; neither 0 nor 1 */
+  double width;     /* from one of these points to the other */
+} tw_error_hull;
+
 /* A face of three or four corners, and points of a finer surface over it. */
 typedef struct tw_error_base {
   uint32_t size;
@@ -287,7 +297,7 @@ typedef struct tw_error_base {
   double normal[3], around; /* the least cosine at its corners */
   const tw_error_frame *frame;
   const tw_error_planes *planes; /* NULL: not looked for */
-  bool is_hull; /* partners of points inside are anywhere in the hull of the corners (error_sums.c) */
+  const tw_error_hull *hull;     /* partners of points inside are anywhere in it; NULL: on triangles */
 } tw_error_base;
 
 static inline tw_error_gap tw_error_gap_over(const tw_error_base *b) {
@@ -301,11 +311,28 @@ enum {
   TW_ERROR_IN_TRIANGLE = 1 << 4 /* one for each triangle of the face: of a quad 0 1 2, 0 2 3, 1 2 3, 0 1 3 */
 };
 
+/* Finds a face's least cosine, and the places of its own corners (error_sums.c). */
+void tw_error_begin_base(tw_error_base *b, uint8_t places[4]);
+
 /* Takes a point of the finer surface into account (error_sums.c). */
 void tw_error_take_point(const tw_error_base *b, tw_error_gap *g, uint8_t place, const double *point);
 
-/* The distance between a face and its children. next: the points shown on the next level. frame: of faces of
- * three or four corners. */
+/* The greatest difference: over a hull of what each map adds, by one share for all points. */
+static inline double tw_error_gap_size(const tw_error_base *b, const tw_error_gap *g) {
+  if (!b->hull) return g->size;
+  return tw_greater(tw_lesser(g->sums[0], g->sums[2]), tw_lesser(g->sums[1], g->sums[3]));
+}
+
+/* The distance of a patch of the limit surface from the face that it lies over, by limit points all over it
+ * (error_patch.c). places: of the patch's corners. rest: between the limit and triangles of limit points. */
+double tw_error_of_limits(const tw_error_base *b, const tw_error_net *n, const uint8_t places[4],
+                          double rest);
+
+/* How points may slide over a face; of polygons of five or more corners `own` and `reach` alone. */
+void tw_error_find_frame(const tw_error_part *p, uint32_t face, const double normal[3], tw_error_frame *out);
+
+/* The distance between a face and its children. next: the points shown on the next level. frame: the face's.
+ */
 double tw_error_of_step(const tw_measuring *m, const tw_error_part *p, const double *next, uint32_t face,
                         tw_error_frame *frame);
 

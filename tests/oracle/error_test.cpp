@@ -346,6 +346,7 @@ struct scan_wish {
   uint32_t first, last; // levels
   double enough;
   uint32_t faces_max;
+  bool limit;
 };
 
 // Whether a scan's bounds hold, and are at most twice the greatest distance of all triangles' corners, edges
@@ -354,6 +355,7 @@ void scan(const std::string &name, const Cage &cage, const scan_wish &of) {
   const uint32_t DEEPER = 2, DEEPEST = 2;
   CageView view(cage);
   tw_surface_options options{};
+  options.limit = of.limit;
   tw_error error{};
   double told[DEEPEST + 1], loosest = 0;
   const tw_error_wish wish = {DEEPEST, of.enough, of.faces_max};
@@ -427,12 +429,13 @@ int main() {
     report("nor is Loop's scheme" + suffix, triangles, sanitized ? 0 : limit ? 95 : 98);
   }
   if (!sanitized) {
-    std::mt19937 little(1), slivers(8), folds(7);
+    std::mt19937 little(1), slivers(8), folds(7), limits(3);
     const uint32_t SHORT = 2048; // no room for all levels around the irregular points
-    scan("a noisy scan without room", noisy_scan(20, 8, 0.05, random), {0, 2, 1e-4, SHORT});
-    scan("a dense scan with little noise", noisy_scan(50, 30, 0.01, little), {0, 0, 0.01, 0});
-    scan("a cap of slivers", noisy_cap(0.019, slivers), {1, 1, 2e-3, 0});
-    scan("a cap of folded slivers", noisy_cap(0.0157, folds), {0, 1, 2e-3, 0});
+    scan("a noisy scan without room", noisy_scan(20, 8, 0.05, random), {0, 2, 1e-4, SHORT, false});
+    scan("a dense scan with little noise", noisy_scan(50, 30, 0.01, little), {0, 0, 0.01, 0, false});
+    scan("a cap of slivers", noisy_cap(0.019, slivers), {1, 1, 2e-3, 0, false});
+    scan("a cap of folded slivers", noisy_cap(0.0157, folds), {0, 1, 2e-3, 0, false});
+    scan("a scan of limit points", noisy_scan(30, 16, 0.02, limits), {1, 2, 1e-3, 0, true});
   }
   tally planted;
   compare(cube(), {}, random, 0.5, planted);
