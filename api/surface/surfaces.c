@@ -65,7 +65,7 @@ static bool may_lose_cage(const api_surface_request *request) {
 
 /* Whether a light call may answer: no pass over all points or keys, and little JSON to print. */
 static bool is_light(const api_call *call, const api_surface_request *request) {
-  enum { LIGHT_PARTS = 64, LIGHT_CORNERS = 1 << 18 };
+  enum { LIGHT_PARTS = 64, LIGHT_CORNERS = 1 << 18, LIGHT_CHANGES = 1 << 15 };
   const api_plan *plan = api_entry_value(request->plan);
   const tw_model *model = request->scene.content.model;
   bool is_gltf = request->form->is_gltf && !request->form->is_counts;
@@ -74,8 +74,8 @@ static bool is_light(const api_call *call, const api_surface_request *request) {
   uint64_t corners = 0;
   for (uint32_t i = 0; i < model->mesh_count; i++) corners += model->meshes[i].corner_count;
   bool is_unknown = may_lose_cage(request) && atomic_load(&plan->changes[request->query.polygons]) == 0;
-  bool looks_at_corners = !is_gltf || is_unknown; /* flat forms do */
-  if (looks_at_corners && corners > LIGHT_CORNERS) return false;
+  if (!is_gltf && corners > LIGHT_CORNERS) return false; /* flat forms look at all */
+  if (is_unknown && corners > LIGHT_CHANGES) return false;
   if ((api_is_printed(request) || request->query.with_shells) && !api_shells_are_light(plan)) return false;
   return needs_no_pass && request->query.choices.count == 0 && !cuts_influences(request) &&
          model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;

@@ -20,7 +20,8 @@ static bool allocate(tw_cage_vertices *v) {
   v->corners = tw_alloc(v->corner_count, sizeof *v->corners);
   v->rows = tw_alloc(tw_surface_get_layout(v->surface)->stride, 2 * sizeof *v->rows);
   v->first = tw_alloc(v->mesh->point_count, sizeof *v->first);
-  return v->reader && v->corner && v->point && v->offsets && v->corners && v->rows && v->first;
+  v->is_split = tw_alloc_zero(v->mesh->point_count, sizeof *v->is_split);
+  return v->reader && v->corner && v->point && v->offsets && v->corners && v->rows && v->first && v->is_split;
 }
 
 tw_status tw_cage_vertices_init(tw_cage_vertices *out, const tw_surface *surface, const tw_mesh *mesh) {
@@ -39,9 +40,11 @@ tw_status tw_cage_vertices_init(tw_cage_vertices *out, const tw_surface *surface
   for (uint32_t f = 0; f < v->face_count; f++)
     for (uint32_t c = v->offsets[f]; c < v->offsets[f + 1]; c++)
       v->corner[v->corners[c]] = tw_surface_cage_corner(surface, f) + (c - v->offsets[f]);
+  for (uint32_t p = 0; p < mesh->point_count; p++) v->first[p] = NONE;
   for (uint32_t i = v->count; i-- > 0;) {
-    v->point[i] = mesh->corners[v->corner[i]];
-    v->first[v->point[i]] = i;
+    uint32_t p = v->point[i] = mesh->corners[v->corner[i]];
+    v->is_split[p] = v->first[p] != NONE;
+    v->first[p] = i;
   }
   return TW_OK;
 }
@@ -55,6 +58,7 @@ void tw_cage_vertices_deinit(tw_cage_vertices *v) {
   tw_free(v->materials);
   tw_free(v->rows);
   tw_free(v->first);
+  tw_free(v->is_split);
 }
 
 /* ---- faces as they are drawn ------------------------------------------------------------------ */
@@ -154,17 +158,21 @@ static int compare_valued(const void *left, const void *right) {
 }
 
 /* Numbers the values of the vertices: one for each different value at each point, in the order of their first
- * vertices. */
+ * vertices. Only the vertices of points with several are sorted. */
 static tw_status number_values(const tw_cage_vertices *v, const tw_channel *channel, uint32_t *number) {
-  valued_vertex *valued = tw_alloc(v->count, sizeof *valued);
-  uint32_t numbers = 0;
+  uint32_t several = 0, numbers = 0;
+  for (uint32_t i = 0; i < v->count; i++) several += v->is_split[v->point[i]];
+  valued_vertex *valued = tw_alloc(several, sizeof *valued);
   if (!valued) return TW_NO_MEMORY;
-  for (uint32_t i = 0; i < v->count; i++)
-    valued[i] = (valued_vertex){v->point[i], channel->corners[v->corner[i]], i};
-  tw_status status = tw_sort(valued, v->count, sizeof *valued, compare_valued);
-  for (uint32_t i = 0, first = 0; i < v->count && status == TW_OK; i++) {
-    const valued_vertex *own = &valued[i];
-    if (i == 0 || own->point != own[-1].point || own->value != own[-1].value) first = own->vertex;
+  for (uint32_t i = 0, k = 0; i < v->count; i++) {
+    number[i] = i;
+    if (v->is_split[v->point[i]])
+      valued[k++] = (valued_vertex){v->point[i], channel->corners[v->corner[i]], i};
+  }
+  tw_status status = tw_sort(valued, several, sizeof *valued, compare_valued);
+  for (uint32_t k = 0, first = 0; k < several && status == TW_OK; k++) {
+    const valued_vertex *own = &valued[k];
+    if (k == 0 || own->point != own[-1].point || own->value != own[-1].value) first = own->vertex;
     number[own->vertex] = first;
   }
   for (uint32_t i = 0; i < v->count && status == TW_OK; i++)
@@ -250,25 +258,38 @@ static int compare_motion(const void *context, uint32_t a, uint32_t b) {
   return order;
 }
 
-static tw_status find_points(const tw_cage_vertices *v, tw_cage_changes *changes) {
-  float *positions = tw_alloc(v->count, 3 * sizeof *positions);
+/* positions: [count][3]. */
+static tw_status find_points(tw_cage_vertices *v, const float *positions, tw_cage_changes *changes) {
   uint32_t *read = tw_alloc(v->count, sizeof *read);
   uint8_t *left_out = tw_alloc(v->face_count, 1);
   tw_welded welded;
   tw_soup soup = soup_of(v);
-  tw_status status = positions && read && left_out ? TW_OK : TW_NO_MEMORY;
-  for (uint32_t i = 0; i < v->count && status == TW_OK; i++)
-    memcpy(positions + 3 * (size_t)i, v->mesh->positions + 3 * (size_t)v->point[i], 3 * sizeof *positions);
   soup.positions = positions;
   soup.compare = compare_motion;
   soup.context = v;
-  if (status == TW_OK) status = tw_weld_points(&soup, read, left_out, &welded, NULL);
+  tw_status status = read && left_out ? tw_weld_points(&soup, read, left_out, &welded, NULL) : TW_NO_MEMORY;
   if (status == TW_OK)
     status = compare_numbers(v->point, v->mesh->point_count, read, v->count, &changes->joins_points,
                              &changes->parts_points);
-  tw_free(positions);
   tw_free(read);
   tw_free(left_out);
+  return status;
+}
+
+static tw_status find_changes(tw_cage_vertices *v, tw_polygons polygons, tw_cage_changes *out) {
+  /* Where no point is split, none has several values; where its place is its own, it stays. */
+  bool has_split = v->count > tw_surface_row_count(v->surface, TW_DOMAIN_POINTS), has_shared = has_split;
+  float *positions = tw_alloc(v->count, 3 * sizeof *positions);
+  tw_status status = positions ? TW_OK : TW_NO_MEMORY;
+  for (uint32_t i = 0; i < v->count && status == TW_OK; i++)
+    memcpy(positions + 3 * (size_t)i, v->mesh->positions + 3 * (size_t)v->point[i], 3 * sizeof *positions);
+  tw_soup whole = soup_of(v);
+  whole.positions = positions;
+  if (status == TW_OK && !has_split) status = tw_share_places(&whole, &has_shared, NULL);
+  if (status == TW_OK && has_shared) status = draw(v, polygons);
+  if (status == TW_OK && has_shared) status = find_points(v, positions, out);
+  if (status == TW_OK && has_split) status = find_values(v, out);
+  tw_free(positions);
   return status;
 }
 
@@ -277,11 +298,7 @@ tw_status tw_find_cage_changes(const tw_surface *surface, const tw_mesh *mesh, t
   tw_cage_vertices v;
   *out = (tw_cage_changes){0};
   tw_status status = tw_cage_vertices_init(&v, surface, mesh);
-  if (status == TW_OK) status = draw(&v, polygons);
-  if (status == TW_OK) status = find_points(&v, out);
-  /* Where no point is split, none has several values. */
-  if (status == TW_OK && v.count > tw_surface_row_count(surface, TW_DOMAIN_POINTS))
-    status = find_values(&v, out);
+  if (status == TW_OK) status = find_changes(&v, polygons, out);
   tw_cage_vertices_deinit(&v);
   return status;
 }

@@ -18,7 +18,8 @@ typedef struct tw_cage_vertices {
   uint32_t face_count, corner_count;
   int32_t *materials; /* [face_count] of the faces, or NULL */
   float *rows;        /* [2][stride] scratch */
-  uint32_t *first;    /* [point_count of the mesh] the first vertex of each point that has some */
+  uint32_t *first;    /* [point_count of the mesh] the first vertex of each point; UINT32_MAX: it has none */
+  bool *is_split;     /* [point_count of the mesh] whether it has several */
 } tw_cage_vertices;
 
 /* surface: a level 0 of the mesh, whose faces and corners of values it was made from. Both outlive *out,
