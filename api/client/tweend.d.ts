@@ -1480,9 +1480,9 @@ export interface SurfaceOptions {
    * weights KHR_animation_pointer moves keep positions as floats. `meshopt`: the same by EXT_meshopt_compression;
    * triangles may come in another order, unless `polygons=ngon`. Both leave out what `extras.tweend` says of a cage
    * at level 0 with `polygons=ngon`: a warning tells of creases, corners, holes, details, groups, seams between
-   * equal values, points apart at one place and rules that are lost. Its size takes as long as the GLB:
-   * `surface.json` computes what that will need too, and `HEAD` bears no `Content-Length` until either has been
-   * asked for. OBJ is the same in every encoding.
+   * equal values, values that no edge joins, points apart at one place, points that no edge joins and rules that
+   * are lost. Its size takes as long as the GLB: `surface.json` computes what that will need too, and `HEAD` bears
+   * no `Content-Length` until either has been asked for. OBJ is the same in every encoding.
    * @default float
    */
   encoding?: "float" | "quantized" | "meshopt";

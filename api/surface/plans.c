@@ -231,7 +231,7 @@ static api_plan *create_plan(const plan_source *source) {
     return NULL;
   }
   atomic_init(&plan->is_warm, false);
-  atomic_init(&plan->joinable, 0);
+  for (int i = 0; i <= TW_POLYGONS_NGON; i++) atomic_init(&plan->changes[i], 0);
   atomic_init(&plan->shells, API_SHELLS_UNKNOWN);
   if (create_surfaces(source, plan) != TW_OK) {
     destroy_plan(plan);
@@ -332,7 +332,8 @@ static api_outcome move_plan(api_call *call, api_entry *source, const api_plan_m
   plan->total = still->total;
   plan->hard = still->hard;
   atomic_init(&plan->is_warm, false);
-  atomic_init(&plan->joinable, atomic_load(&still->joinable)); /* of the cages, which do not move */
+  for (int i = 0; i <= TW_POLYGONS_NGON; i++) /* of the cages, which do not move */
+    atomic_init(&plan->changes[i], atomic_load(&still->changes[i]));
   atomic_init(&plan->shells, API_SHELLS_UNKNOWN);
   tw_status status = move_surfaces(still, moves, &call->service->parallel, plan);
   if (status != TW_OK) {

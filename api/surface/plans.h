@@ -28,11 +28,16 @@ typedef struct api_plan_moves {
 /* Whether `solids` of a plan are written; whoever begins to write them ends. */
 enum { API_SHELLS_UNKNOWN, API_SHELLS_BEING_WRITTEN, API_SHELLS_KNOWN };
 
-/* What tw_mesh_has_joinable_seams and tw_mesh_has_joinable_points find in the model's meshes: flags, which
- * are known together. */
-enum { API_JOINABLE_KNOWN = 1, API_JOINABLE_SEAMS = 2, API_JOINABLE_POINTS = 4 };
+/* What tw_find_cage_changes finds of the model's meshes: flags, which are known together. */
+enum {
+  API_CHANGES_KNOWN = 1,
+  API_JOINS_VALUES = 2,
+  API_PARTS_VALUES = 4,
+  API_JOINS_POINTS = 8,
+  API_PARTS_POINTS = 16
+};
 
-/* Immutable but for is_warm, joinable, shells and solids. */
+/* Immutable but for is_warm, changes, shells and solids. */
 typedef struct api_plan {
   uint32_t count;
   tw_surface **surfaces;     /* [count], one for each mesh */
@@ -40,11 +45,12 @@ typedef struct api_plan {
   tw_surface_counts total;
   api_hard hard;
   atomic_bool is_warm; /* the bounds are known, so that reading starts without a pass over all points */
-  atomic_int joinable; /* API_JOINABLE_..., or 0 */
-  atomic_int shells;   /* API_SHELLS_... */
-  tw_solid *solids;    /* [count] the shells of each surface */
-  api_entry *source;   /* the plan that this one moves, or NULL */
-  bool *borrows;       /* [count] whether the surface belongs to the source; NULL: none does */
+  /* Of a cage as triangles and as n-gons (tw_polygons): API_CHANGES_KNOWN and what follows, or 0. */
+  atomic_int changes[TW_POLYGONS_NGON + 1];
+  atomic_int shells; /* API_SHELLS_... */
+  tw_solid *solids;  /* [count] the shells of each surface */
+  api_entry *source; /* the plan that this one moves, or NULL */
+  bool *borrows;     /* [count] whether the surface belongs to the source; NULL: none does */
 } api_plan;
 
 /* About the most bytes that making a surface of a level takes, for admission: what it really takes is

@@ -65,7 +65,7 @@ static bool may_lose_cage(const api_surface_request *request) {
 
 /* Whether a light call may answer: no pass over all points or keys, and little JSON to print. */
 static bool is_light(const api_call *call, const api_surface_request *request) {
-  enum { LIGHT_PARTS = 64, LIGHT_CORNERS = 1 << 18 };
+  enum { LIGHT_PARTS = 64, LIGHT_CORNERS = 1 << 18, LIGHT_CHANGES = 1 << 15 };
   const api_plan *plan = api_entry_value(request->plan);
   const tw_model *model = request->scene.content.model;
   bool is_gltf = request->form->is_gltf && !request->form->is_counts;
@@ -73,9 +73,9 @@ static bool is_light(const api_call *call, const api_surface_request *request) {
                        request->query.encoding != TW_ENCODING_FLOAT;
   uint64_t corners = 0;
   for (uint32_t i = 0; i < model->mesh_count; i++) corners += model->meshes[i].corner_count;
-  bool is_unknown = may_lose_cage(request) && atomic_load(&plan->joinable) == 0;
-  bool looks_at_corners = !is_gltf || is_unknown; /* flat forms do */
-  if (looks_at_corners && corners > LIGHT_CORNERS) return false;
+  bool is_unknown = may_lose_cage(request) && atomic_load(&plan->changes[request->query.polygons]) == 0;
+  if (!is_gltf && corners > LIGHT_CORNERS) return false; /* flat forms look at all */
+  if (is_unknown && corners > LIGHT_CHANGES) return false;
   if ((api_is_printed(request) || request->query.with_shells) && !api_shells_are_light(plan)) return false;
   return needs_no_pass && request->query.choices.count == 0 && !cuts_influences(request) &&
          model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;
@@ -153,21 +153,34 @@ static api_outcome warn_of_polygons(api_call *call, const api_surface_request *r
 }
 
 /* What extras.tweend says of a cage, and nothing else in a glTF. */
-enum { CREASES, CORNERS, HOLES, DETAILS, GROUPS, SEAMS, POINTS, RULES, CAGE_PARTS };
+enum {
+  CREASES,
+  CORNERS,
+  HOLES,
+  DETAILS,
+  GROUPS,
+  EQUAL_VALUES,
+  SHARED_VALUES,
+  EQUAL_POINTS,
+  SHARED_POINTS,
+  RULES,
+  CAGE_PARTS
+};
 
-/* Finds whether a reader of triangles would join seams or points of the cages, once for a plan. out: flags,
- * API_JOINABLE_... TW_NO_MEMORY. */
-static tw_status find_joinable(const tw_model *model, api_plan *plan, int *out) {
-  bool seams = false, points = false;
+/* Finds what a reader of triangles makes of the cages, once for a plan. out: flags, API_CHANGES_KNOWN and
+ * what follows. TW_NO_MEMORY, TW_CANCELLED. */
+static tw_status find_changes(const tw_model *model, api_plan *plan, tw_polygons polygons, int *out) {
   tw_status status = TW_OK;
-  *out = atomic_load(&plan->joinable);
-  if (*out & API_JOINABLE_KNOWN) return TW_OK;
+  *out = atomic_load(&plan->changes[polygons]);
+  if (*out & API_CHANGES_KNOWN) return TW_OK;
+  *out = API_CHANGES_KNOWN;
   for (uint32_t i = 0; i < model->mesh_count && status == TW_OK; i++) {
-    if (!seams) status = tw_mesh_has_joinable_seams(&model->meshes[i], &seams);
-    if (status == TW_OK && !points) status = tw_mesh_has_joinable_points(&model->meshes[i], &points);
+    tw_cage_changes found;
+    status = tw_find_cage_changes(plan->surfaces[i], &model->meshes[i], polygons, &found);
+    *out |= (found.joins_values ? API_JOINS_VALUES : 0) | (found.parts_values ? API_PARTS_VALUES : 0) |
+            (found.joins_points ? API_JOINS_POINTS : 0) | (found.parts_points ? API_PARTS_POINTS : 0);
   }
-  *out = API_JOINABLE_KNOWN | (seams ? API_JOINABLE_SEAMS : 0) | (points ? API_JOINABLE_POINTS : 0);
-  if (status == TW_OK) atomic_store(&plan->joinable, *out);
+  if (status == TW_OK) atomic_store(&plan->changes[polygons], *out);
   return status;
 }
 
@@ -184,10 +197,13 @@ static tw_status find_cage_parts(const api_surface_request *request, bool *has) 
     has[RULES] |= mesh->tag_boundary != TW_TAG_UNSET || mesh->tag_uv != TW_TAG_UNSET ||
                   mesh->tag_creasing != TW_TAG_UNSET || mesh->tag_triangles != TW_TAG_UNSET;
   }
-  int joinable;
-  tw_status status = find_joinable(model, api_entry_value(request->plan), &joinable);
-  has[SEAMS] = joinable & API_JOINABLE_SEAMS;
-  has[POINTS] = joinable & API_JOINABLE_POINTS;
+  int changes;
+  tw_polygons polygons = (tw_polygons)request->query.polygons;
+  tw_status status = find_changes(model, api_entry_value(request->plan), polygons, &changes);
+  has[EQUAL_VALUES] = changes & API_JOINS_VALUES;
+  has[SHARED_VALUES] = changes & API_PARTS_VALUES;
+  has[EQUAL_POINTS] = changes & API_JOINS_POINTS;
+  has[SHARED_POINTS] = changes & API_PARTS_POINTS;
   return status;
 }
 
@@ -200,7 +216,9 @@ static api_outcome warn_of_lost_cage(api_call *call, const api_surface_request *
                                                 "details",
                                                 "groups",
                                                 "seams between equal values",
+                                                "values that no edge joins",
                                                 "points apart at one place",
+                                                "points that no edge joins",
                                                 "rules"};
   const api_plan *plan = api_entry_value(request->plan);
   bool is_ngon = request->query.polygons == TW_POLYGONS_NGON;

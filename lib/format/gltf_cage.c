@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cage_vertices.h"
 #include "gltf/gltf.h"
 #include "sorted.h"
-#include "weld.h"
 
 /* ---- reading the surface --------------------------------------------------------------------- */
 
@@ -148,110 +148,6 @@ static bool is_all_zero(const uint32_t *values, uint64_t count) {
   return true;
 }
 
-/* ---- values of corners ----------------------------------------------------------------------- */
-
-/* A vertex, with the value that a channel has there. */
-typedef struct valued_vertex {
-  uint32_t point, value, vertex;
-} valued_vertex;
-
-static int compare_valued(const void *left, const void *right) {
-  const valued_vertex *a = left, *b = right;
-  if (a->point != b->point) return a->point < b->point ? -1 : 1;
-  if (a->value != b->value) return a->value < b->value ? -1 : 1;
-  return a->vertex < b->vertex ? -1 : a->vertex > b->vertex;
-}
-
-/* The vertices of a cage as a reader of the file finds them. */
-typedef struct cage_values {
-  const tw_surface *surface;
-  const tw_mesh *mesh;
-  const uint32_t *points; /* [vertices] */
-  tw_soup soup;
-  uint32_t *offsets, *corners; /* of the soup, which does not own them */
-  valued_vertex *valued;       /* [vertices] scratch */
-  uint32_t *welded;            /* [vertices] what a reader would make of the numbers */
-} cage_values;
-
-static void cage_values_deinit(cage_values *v) {
-  tw_free(v->offsets);
-  tw_free(v->corners);
-  tw_free(v->valued);
-  tw_free(v->welded);
-}
-
-static bool cage_values_init(cage_values *v, const cage_reader *cage, const tw_mesh *mesh) {
-  const tw_surface *surface = cage->surface;
-  uint64_t faces = tw_surface_get_counts(surface)->faces, corners = tw_surface_corners_before(surface, faces);
-  size_t vertices = (size_t)tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
-  *v = (cage_values){.surface = surface,
-                     .mesh = mesh,
-                     .points = cage->points,
-                     .offsets = tw_alloc((size_t)faces + 1, sizeof *v->offsets),
-                     .corners = tw_alloc((size_t)corners, sizeof *v->corners),
-                     .valued = tw_alloc(vertices, sizeof *v->valued),
-                     .welded = tw_alloc(vertices, sizeof *v->welded)};
-  if (!v->offsets || !v->corners || !v->valued || !v->welded) return false;
-  for (uint64_t f = 0; f <= faces; f++) v->offsets[f] = (uint32_t)tw_surface_corners_before(surface, f);
-  tw_surface_read_faces(cage->reader, TW_DOMAIN_VERTICES, 0, (size_t)faces, NULL, v->corners);
-  v->soup = (tw_soup){.vertex_count = (uint32_t)vertices,
-                      .face_count = (uint32_t)faces,
-                      .corner_count = (uint32_t)corners,
-                      .face_offsets = v->offsets,
-                      .corners = v->corners};
-  return true;
-}
-
-/* Numbers the values of the vertices: one for each different value at each point, in the order of their first
- * vertices. number: [vertices]. */
-static tw_status number_vertex_values(const cage_values *v, const tw_channel *channel, uint32_t *number) {
-  const uint32_t *faces = tw_surface_get_tags(v->surface)->faces;
-  uint32_t count = v->soup.vertex_count, numbers = 0;
-  for (uint32_t f = 0; f < v->soup.face_count; f++)
-    for (uint32_t c = v->offsets[f]; c < v->offsets[f + 1]; c++) {
-      uint32_t vertex = v->corners[c], corner = v->mesh->face_offsets[faces[f]] + (c - v->offsets[f]);
-      v->valued[vertex] = (valued_vertex){v->points[vertex], channel->corners[corner], vertex};
-    }
-  tw_status status = tw_sort(v->valued, count, sizeof *v->valued, compare_valued);
-  if (status != TW_OK) return status;
-  for (uint32_t i = 0, first = 0; i < count; i++) {
-    const valued_vertex *own = &v->valued[i];
-    bool is_first = i == 0 || own->point != own[-1].point || own->value != own[-1].value;
-    if (is_first) first = own->vertex;
-    number[own->vertex] = first;
-  }
-  for (uint32_t i = 0; i < count; i++) number[i] = number[i] == i ? numbers++ : number[number[i]];
-  return TW_OK;
-}
-
-/* The values of the vertices as they are read back: glTF has v down. */
-static void read_vertex_values(const cage_values *v, const tw_channel *channel, bool is_map, float *rows) {
-  size_t width = channel->width;
-  for (uint32_t i = 0; i < v->soup.vertex_count; i++) {
-    const valued_vertex *own = &v->valued[i];
-    float *row = rows + width * own->vertex;
-    memcpy(row, channel->values + width * own->value, width * sizeof *row);
-    if (is_map) row[1] = 1 - (1 - row[1]);
-  }
-}
-
-/* Finds whether a reader, which joins equal values along edges, makes others of a channel's values. number:
- * [vertices] receives the values' numbers. TW_NO_MEMORY. */
-static tw_status find_values(const cage_values *v, const tw_channel *channel, bool is_map, uint32_t *number,
-                             bool *differ) {
-  uint32_t vertices = v->soup.vertex_count, ignored;
-  tw_status status = number_vertex_values(v, channel, number);
-  float *rows = tw_alloc(vertices, channel->width * sizeof *rows);
-  if (!rows) status = TW_NO_MEMORY;
-  if (status == TW_OK) {
-    read_vertex_values(v, channel, is_map, rows);
-    status = tw_weld_values(&v->soup, v->points, vertices, rows, channel->width, v->welded, &ignored, NULL);
-  }
-  tw_free(rows);
-  if (status == TW_OK) *differ = memcmp(v->welded, number, vertices * sizeof *number) != 0;
-  return status;
-}
-
 /* ---- text ------------------------------------------------------------------------------------ */
 
 /* Prints the tags of one mesh. */
@@ -363,36 +259,33 @@ static void put_details(tag_writer *w, const tw_mesh *mesh) {
 /* Prints a channel's name in glTF. */
 static void put_channel_name(tag_writer *w, const tw_mesh *mesh, uint32_t channel) {
   char uvs[24];
+  const tw_attribute *attribute = tw_channel_attribute(mesh, channel);
   snprintf(uvs, sizeof uvs, "TEXCOORD_%u", channel);
-  uint32_t before = channel - mesh->uv_set_count, i = 0;
-  while (channel >= mesh->uv_set_count && (!mesh->attributes[i].corners || before-- > 0)) i++;
   tw_text_element(&w->text);
-  tw_text_string(&w->text, channel < mesh->uv_set_count ? uvs : mesh->attributes[i].name);
+  tw_text_string(&w->text, attribute ? attribute->name : uvs);
   tw_text_add(&w->text, ":");
 }
 
-/* Prints which vertices share a value, of each channel of which the values themselves do not tell: at some
- * points they are equal where the mesh has a seam. False without memory. */
-static bool put_values(tag_writer *w, const cage_reader *cage, const tw_mesh *mesh) {
+/* Prints which vertices share a value, of each channel of which the values themselves do not tell. False
+ * without memory. */
+static bool put_values(tag_writer *w, const tw_mesh *mesh) {
   tw_channel channels[TW_CHANNELS_MAX];
   uint32_t count = tw_mesh_channels(mesh, channels);
   if (count == 0) return true;
-  cage_values values;
-  bool any = false, has_memory = cage_values_init(&values, cage, mesh);
-  uint32_t vertices = values.soup.vertex_count;
+  tw_cage_vertices vertices;
+  bool any = false, has_memory = tw_cage_vertices_init(&vertices, w->surface, mesh) == TW_OK;
   for (uint32_t i = 0; i < count && has_memory; i++) {
-    uint32_t *number = tw_arena_alloc_raw(w->plan->arena, vertices, sizeof *number);
-    bool differ = false;
-    has_memory =
-        number && find_values(&values, &channels[i], i < mesh->uv_set_count, number, &differ) == TW_OK;
-    if (!differ) continue;
+    uint32_t *number = tw_arena_alloc_raw(w->plan->arena, vertices.count, sizeof *number);
+    tw_cage_changes changes = {0};
+    has_memory = number && tw_cage_vertices_number(&vertices, i, number, &changes) == TW_OK;
+    if (!changes.joins_values && !changes.parts_values) continue;
     if (!any) tw_member_open(&w->text, "values", "{");
     any = true;
     put_channel_name(w, mesh, i);
-    tw_text_count(&w->text, tw_gltf_add_numbers(w->plan, number, vertices, TW_GLTF_UNSIGNED_INT, 1));
+    tw_text_count(&w->text, tw_gltf_add_numbers(w->plan, number, vertices.count, TW_GLTF_UNSIGNED_INT, 1));
   }
   if (any) tw_text_add(&w->text, "}");
-  cage_values_deinit(&values);
+  tw_cage_vertices_deinit(&vertices);
   return has_memory;
 }
 
@@ -425,7 +318,7 @@ static bool put_vertices(tag_writer *w, const tw_mesh *mesh) {
     if (!is_ascending(order, faces)) put_indices(w, "faces", order, faces);
     if (!is_all_zero(cage.starts, faces)) put_indices(w, "starts", cage.starts, faces);
     put_polygons(w, &cage);
-    has_memory = put_values(w, &cage, mesh);
+    has_memory = put_values(w, mesh);
   }
   cage_reader_deinit(&cage);
   return has_memory;

@@ -285,13 +285,13 @@ static tw_status join_values(tw_mesh *mesh, tw_error *error) {
 #define SEVERAL  (UINT32_MAX - 1)
 
 /* A corner's value, by its point. */
-typedef struct placed_value {
+typedef struct seam_value {
   uint32_t point, value, width;
   const float *row; /* [width] */
-} placed_value;
+} seam_value;
 
-static int compare_placed(const void *left, const void *right) {
-  const placed_value *a = left, *b = right;
+static int compare_seam_values(const void *left, const void *right) {
+  const seam_value *a = left, *b = right;
   if (a->point != b->point) return a->point < b->point ? -1 : 1;
   int order = tw_compare_floats(a->row, b->row, a->width);
   if (order != 0) return order;
@@ -316,65 +316,20 @@ tw_status tw_mesh_has_equal_seams(const tw_mesh *mesh, const tw_channel *channel
   uint32_t *value_at = tw_alloc(mesh->point_count, sizeof *value_at), count = 0;
   if (!value_at) return TW_NO_MEMORY;
   uint32_t corners = mark_seams(mesh, channel, value_at);
-  placed_value *placed = tw_alloc(corners, sizeof *placed);
+  seam_value *placed = tw_alloc(corners, sizeof *placed);
   for (uint32_t c = 0; placed && c < mesh->corner_count; c++) {
     uint32_t value = channel->corners[c];
     if (value_at[mesh->corners[c]] == SEVERAL)
-      placed[count++] = (placed_value){mesh->corners[c], value, channel->width,
-                                       channel->values + (size_t)channel->width * value};
+      placed[count++] = (seam_value){mesh->corners[c], value, channel->width,
+                                     channel->values + (size_t)channel->width * value};
   }
-  tw_status status = placed ? tw_sort(placed, count, sizeof *placed, compare_placed) : TW_NO_MEMORY;
+  tw_status status = placed ? tw_sort(placed, count, sizeof *placed, compare_seam_values) : TW_NO_MEMORY;
   *out = false;
   for (uint32_t c = 1; status == TW_OK && c < count; c++)
     *out |= placed[c].point == placed[c - 1].point && placed[c].value != placed[c - 1].value &&
             tw_compare_floats(placed[c].row, placed[c - 1].row, channel->width) == 0;
   tw_free(value_at);
   tw_free(placed);
-  return status;
-}
-
-/* Whether a reader, which joins equal values along edges, would make one value of several of a channel. */
-static tw_status joins_along_edges(const tw_mesh *mesh, const tw_channel *channel, bool *out) {
-  size_t corners = mesh->corner_count, width = channel->width;
-  uint32_t *own = tw_alloc(corners, sizeof *own), *welded = tw_alloc(corners, sizeof *welded), count = 0;
-  uint32_t *value_of = tw_alloc(corners, sizeof *value_of);
-  float *rows = tw_alloc(corners, width * sizeof *rows);
-  tw_status status = own && welded && value_of && rows ? TW_OK : TW_NO_MEMORY;
-  for (uint32_t c = 0; status == TW_OK && c < corners; c++) {
-    own[c] = c;
-    memcpy(rows + width * c, channel->values + width * channel->corners[c], width * sizeof *rows);
-  }
-  const tw_soup soup = {.vertex_count = mesh->corner_count,
-                        .face_count = mesh->face_count,
-                        .corner_count = mesh->corner_count,
-                        .face_offsets = mesh->face_offsets,
-                        .corners = own};
-  if (status == TW_OK)
-    status =
-        tw_weld_values(&soup, mesh->corners, mesh->point_count, rows, channel->width, welded, &count, NULL);
-  for (uint32_t i = 0; status == TW_OK && i < count; i++) value_of[i] = NO_VALUE;
-  for (uint32_t c = 0; status == TW_OK && c < corners; c++) {
-    uint32_t *value = &value_of[welded[c]];
-    if (*value == NO_VALUE) *value = channel->corners[c];
-    *out |= *value != channel->corners[c];
-  }
-  tw_free(own);
-  tw_free(welded);
-  tw_free(value_of);
-  tw_free(rows);
-  return status;
-}
-
-tw_status tw_mesh_has_joinable_seams(const tw_mesh *mesh, bool *out) {
-  tw_channel channels[TW_CHANNELS_MAX];
-  uint32_t count = tw_mesh_channels(mesh, channels);
-  tw_status status = TW_OK;
-  *out = false;
-  for (uint32_t i = 0; i < count && status == TW_OK && !*out; i++) {
-    bool has_equal = false; /* seldom: the cheaper question first */
-    status = tw_mesh_has_equal_seams(mesh, &channels[i], &has_equal);
-    if (status == TW_OK && has_equal) status = joins_along_edges(mesh, &channels[i], out);
-  }
   return status;
 }
 
@@ -433,22 +388,6 @@ static tw_soup soup_of(const tw_mesh *mesh) {
                    .compare = compare_points,
                    .context = mesh,
                    .face_materials = mesh->face_materials};
-}
-
-tw_status tw_mesh_has_joinable_points(const tw_mesh *mesh, bool *out) {
-  uint32_t *points = tw_alloc(mesh->point_count, sizeof *points), same = 0;
-  uint8_t *left_out = tw_alloc(mesh->face_count, 1);
-  tw_welded welded = {.point_count = mesh->point_count};
-  tw_status status = points && left_out
-                         ? tw_find_equal_rows(mesh->positions, 3, mesh->point_count, points, NULL)
-                         : TW_NO_MEMORY;
-  for (uint32_t p = 0; status == TW_OK && p < mesh->point_count; p++) same += points[p] != p;
-  const tw_soup soup = soup_of(mesh);
-  if (status == TW_OK && same > 0) status = tw_weld_points(&soup, points, left_out, &welded, NULL);
-  *out = welded.point_count < mesh->point_count;
-  tw_free(points);
-  tw_free(left_out);
-  return status;
 }
 
 /* points: [point_count] and left_out: [face_count], scratch. */

@@ -53,6 +53,13 @@ uint32_t tw_mesh_channels(const tw_mesh *mesh, tw_channel out[TW_CHANNELS_MAX]) 
   return count;
 }
 
+const tw_attribute *tw_channel_attribute(const tw_mesh *mesh, uint32_t channel) {
+  if (channel < mesh->uv_set_count) return NULL;
+  uint32_t before = channel - mesh->uv_set_count, i = 0;
+  while (!mesh->attributes[i].corners || before-- > 0) i++;
+  return &mesh->attributes[i];
+}
+
 void tw_mesh_set_channels(tw_mesh *mesh, const tw_channel *channels, tw_attribute *attributes) {
   for (uint32_t i = 0; i < mesh->uv_set_count; i++, channels++)
     mesh->uv_sets[i] = (tw_uv_set){channels->value_count, channels->values, channels->corners};

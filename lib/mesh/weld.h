@@ -37,6 +37,10 @@ typedef struct tw_welded {
 tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint8_t *left_out, tw_welded *out,
                          tw_error *error);
 
+/* Whether several vertices are at one place, which tw_weld_points may make one point: soup->compare does not
+ * count. O(n log n) at worst. TW_NO_MEMORY. */
+tw_status tw_share_places(const tw_soup *soup, bool *out, tw_error *error);
+
 /* Finds which vertices share a value, such as a texture coordinate or a colour: vertices of one point that
  * are joined by an edge with equal values on both sides. Parts of a texture that only touch stay apart.
  * point_of_vertex: from tw_weld_points, or any other numbers below point_count. rows: [vertex_count][width].

@@ -191,8 +191,7 @@ void tw_assemble_rows(tw_surface_reader *reader, tw_domain domain, const tw_bloc
 
 /* ---- a piece --------------------------------------------------------------------------------- */
 
-/* Clamps the colours of `count` rows. All four numbers at once: a colour has four. */
-static void clamp_colors(float *color, uint32_t count, uint32_t stride) {
+void tw_finish_colors(float *color, size_t count, uint32_t stride) {
   typedef int32_t lanes __attribute__((vector_size(16)));
   const tw_point none = {0}, full = {1, 1, 1, 1};
   for (; count > 0; count--, color += stride) {
@@ -205,16 +204,17 @@ static void clamp_colors(float *color, uint32_t count, uint32_t stride) {
   }
 }
 
+void tw_turn_v(float *uv, size_t count, uint32_t stride) {
+  for (float *v = uv + 1; count > 0; count--, v += stride) *v = 1 - *v;
+}
+
 /* Finishes rows: v runs down on GPUs, and colours are clamped, because rounding may take sums of weights out
  * of their range. */
 static void finish_rows(const tw_surface *s, uint32_t count, float *rows) {
   const tw_surface_layout *l = &s->layout;
-  for (uint32_t i = 0; i < l->uv_count; i++) {
-    float *v = rows + l->uvs[i] + 1;
-    for (uint32_t row = 0; row < count; row++, v += l->stride) *v = 1 - *v;
-  }
+  for (uint32_t i = 0; i < l->uv_count; i++) tw_turn_v(rows + l->uvs[i], count, l->stride);
   for (uint32_t i = 0; i < l->attribute_count; i++)
-    if (l->attributes[i].is_color) clamp_colors(rows + l->attributes[i].column, count, l->stride);
+    if (l->attributes[i].is_color) tw_finish_colors(rows + l->attributes[i].column, count, l->stride);
 }
 
 /* Computes all columns but what targets displace normals by. */

@@ -12,6 +12,10 @@ uint64_t tw_surface_corners_before(const tw_surface *surface, uint64_t face) {
   return surface->options.level == 0 ? surface->corners_before[face] : corners_a_face(surface) * face;
 }
 
+uint32_t tw_surface_cage_corner(const tw_surface *surface, uint64_t face) {
+  return surface->face_first[face];
+}
+
 size_t tw_surface_largest_face(const tw_surface *surface) {
   const tw_surface *s = surface;
   uint64_t largest = s->options.level == 0 ? 3 : corners_a_face(s);

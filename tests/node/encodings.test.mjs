@@ -134,6 +134,9 @@ test('what a cage loses with triangles or an encoding is told, and nothing else'
     ['rules', `${texture}vt .5 1\nvt 1 1\nf 1/1 2/2 3/3 4/4\nf 4/7 3/8 6/5 5/6\n${rule}`],
     ['rules', `${texture}f 1/1 2/2 3/3 4/4\nf 4/4 3/3 6/5 5/6\n${rule}`],
     ['points apart at one place, rules', `v 0 1 0\nv 1 1 0\nf 1 2 3 4\nf 7 8 6 5\n${rule}`],
+    // Faces that only touch: one vertex is one point, two are two.
+    ['rules', `${texture}f 1/1 2/2 3/3 4/4\nf 3/3 6/5 5/6\n${rule}`],
+    ['points that no edge joins, rules', `${texture}f 1/1 2/2 3/3 4/4\nf 3/2 6/5 5/6\n${rule}`],
     ['rules', `v 0 1 0\nv 1 1 0.5\nf 1 2 3 4\nf 7 8 6 5\n${rule}`], // apart at one end
   ];
   const facts = async (model) => {

@@ -198,8 +198,8 @@ typedef struct tw_scene {
  * the mesh's face that each face of the answer is (left out if they ascend), "starts": the corner of the
  * mesh's face that each face of the answer begins with (left out if all are 0), "polygons": {"triangles": the
  * number of the first triangle of each face that no fan shows, "sizes", "corners": their vertices}, "values":
- * {"TEXCOORD_0", ...} for attributes of corners with seams between equal values: of each vertex the number of
- * its value, "creases": {"edges": [][2], "sharpness"}, "corners": {"vertices", "sharpness"}, "groups":
+ * {"TEXCOORD_0", ...} for attributes of corners that are read otherwise without it: of each vertex the number
+ * of its value, "creases": {"edges": [][2], "sharpness"}, "corners": {"vertices", "sharpness"}, "groups":
  * {"names": ["a b", ...], the sets that faces of the mesh are in, "faces": the set of each face, an index of
  * names, or 2^32 - 1}, "holes": [{"indices", "material"}], "details": [{"level", "offsets"}] as tw_detail,
  * "rules": {"boundary", "uv", "creasing", "triangles"}, "computed_normals": 1 where the mesh has none,
@@ -225,6 +225,21 @@ void tw_gltf_stream_seek(tw_gltf_stream *stream, uint64_t offset);
 /* The size such a stream would have, without computing a point: exact, because the JSON reserves a
  * fixed width for the bounds. Compressed packs must be measured. Errors as tw_gltf_stream_create. */
 tw_status tw_gltf_stream_predict(const tw_scene *scene, tw_format container, uint64_t *size, tw_error *error);
+
+/* What a reader of vertices and triangles, which knows no extras.tweend, makes otherwise of a cage. */
+typedef struct tw_cage_changes {
+  bool joins_values; /* different values of corners at a point become one */
+  bool parts_values; /* one value of corners at a point becomes several */
+  bool joins_points; /* points at one place become one */
+  bool parts_points; /* one point becomes several */
+} tw_cage_changes;
+
+/* Finds how the mesh changes when its surface is written as floats and uploaded, weld=auto. Vertices are read
+ * as points and values that edges join; values are told where the points stay. surface: level 0 of the mesh,
+ * without `limit`; of other positions it counts as of the mesh's. O(n log n) at worst, and seldom more than
+ * O(corners). TW_NO_MEMORY, TW_CANCELLED. */
+tw_status tw_find_cage_changes(const tw_surface *surface, const tw_mesh *mesh, tw_polygons polygons,
+                               tw_cage_changes *out);
 
 /* How often flat answers and OBJ show the mesh of a node: 0 where it has none or is hidden. */
 uint64_t tw_node_times_shown(const tw_model *model, uint32_t node);

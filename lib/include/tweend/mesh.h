@@ -174,17 +174,12 @@ tw_status tw_mesh_set_corner_colors(tw_mesh *mesh, const float *colors, uint32_t
  * there are. */
 uint32_t tw_mesh_channels(const tw_mesh *mesh, tw_channel out[TW_CHANNELS_MAX]);
 
+/* The attribute that a channel of tw_mesh_channels is of; NULL: it is a UV set. */
+const tw_attribute *tw_channel_attribute(const tw_mesh *mesh, uint32_t channel);
+
 /* Replaces the values that tw_mesh_channels lists, in its order. attributes: [mesh->attribute_count] the
  * mesh's, which may be written to. */
 void tw_mesh_set_channels(tw_mesh *mesh, const tw_channel *channels, tw_attribute *attributes);
-
-/* Whether a channel has a seam between equal values that a reader of vertex buffers closes, as it joins equal
- * values along edges. O(corners + n log n) with n corners at seams. TW_NO_MEMORY. */
-tw_status tw_mesh_has_joinable_seams(const tw_mesh *mesh, bool *out);
-
-/* Whether points at one place are several that a reader of vertex buffers makes one, as it closes the edges
- * there. O(n log n) at worst. TW_NO_MEMORY. */
-tw_status tw_mesh_has_joinable_points(const tw_mesh *mesh, bool *out);
 
 /* Copies the material, groups, smoothing group and tangent UV set of faces of `from` to the faces of `to`.
  * parents: [count] for each face of `to` the face of `from`. Arrays live in the arena. TW_NO_MEMORY. */

@@ -226,6 +226,9 @@ const tw_surface_tags *tw_surface_get_tags(const tw_surface *surface);
 /* The options that the surface was made with. */
 const tw_surface_options *tw_surface_get_options(const tw_surface *surface);
 
+/* At level 0: the corner of the mesh that a face of the answer begins with. Its other corners follow. */
+uint32_t tw_surface_cage_corner(const tw_surface *surface, uint64_t face);
+
 /* Rows of a domain; 0 for TW_DOMAIN_UVS of a mesh without UVs. */
 uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain);
 
@@ -281,6 +284,12 @@ void tw_surface_read_rows(tw_surface_reader *reader, tw_domain domain, uint64_t 
  * sizes: [count] or NULL. out: room for all corners. Returns the number of corners written. */
 size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64_t first, size_t count,
                              uint32_t *sizes, uint32_t *out);
+
+/* What rows have of a mesh's values at level 0: v runs down, and colours are clamped to 0 to 1. The first
+ * value is at `uv` or `color`, the next `stride` floats behind; a colour has four. Turned twice, v is what
+ * readers of glTF make of it. */
+void tw_turn_v(float *uv, size_t count, uint32_t stride);
+void tw_finish_colors(float *color, size_t count, uint32_t stride);
 
 /* Number of corners of the faces before this one. Cut into triangles, those faces make 2 fewer triangles each
  * than they have corners. */
