@@ -148,6 +148,17 @@ export class Models {
     buttons[Math.min(at, buttons.length - 1)]?.focus();
   }
 
+  /** Notes that a model was made of another, which may be leaving the list: it leaves with it. */
+  addVersion(made, from) {
+    this.lineages.add(made, from);
+    if (this.isRemoved(from)) this.removal.ids.push(made);
+  }
+
+  /** Whether a model has left the list, and can come back yet. */
+  isRemoved(id) {
+    return this.removal?.ids.includes(id) ?? false;
+  }
+
   /** Deletes what was removed, now. Other tabs list what is left when the lineages forget it. */
   async finishRemoval(isLeaving = false) {
     if (!this.removal) return;
