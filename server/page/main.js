@@ -202,6 +202,12 @@ const marking = (open) => (...given) => marked(open(...given));
 
 const [openModel, openSurface, openCage, openClip] = [readModel, readSurface, readCage, readClip].map(marking);
 
+function showName() {
+  byId('subject').textContent = models.nameOf(model);
+  document.title = `${models.nameOf(model)} – tweend`;
+}
+models.onRename = () => model && showName();
+
 async function readModel() {
   const id = state('model');
   loading?.abort();
@@ -248,8 +254,7 @@ async function readModel() {
   } finally {
     task.done();
   }
-  byId('subject').textContent = models.nameOf(model);
-  document.title = `${models.nameOf(model)} – tweend`;
+  showName();
   const surfaceOpened = openSurface();
   edit.open(model);
   await soon(surfaceOpened.then(() => shown && drawn()), PATIENCE); // the picture has priority
