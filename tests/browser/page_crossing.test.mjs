@@ -6,7 +6,7 @@ import assert from 'node:assert/strict';
 import { CUBE, delayAnswers, drop, open, PYRAMID, UNDRAWN } from './page_driver.mjs';
 
 const ACTS = Number(process.env.TESTED_ACTS ?? 40);
-const SEEDS = (process.env.TESTED_SEEDS ?? '1').split(',').map(Number);
+const SEEDS = (process.env.TESTED_SEEDS ?? '3').split(',').map(Number);
 const DELAY = 400; // ms, the most that an answer comes late
 const TOGETHER = 6; // acts, at most, between two rests
 const TABS = ['models', 'surface', 'edit', 'sculpt', 'animation', 'scripts'];
