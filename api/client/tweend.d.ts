@@ -18,8 +18,8 @@ export interface Abortable {
   signal?: AbortSignal;
   /** In place of the client's `retries`. */
   retries?: number;
-  /** Called when the daemon puts off, with the seconds until it is asked again. */
-  onWait?(seconds: number): void;
+  /** Called when the daemon puts off, with the seconds until it is asked again, and why. */
+  onWait?(seconds: number, error: TweendError): void;
 }
 
 export interface UploadOptions extends Abortable {

@@ -197,8 +197,7 @@ export class Tweend {
         if (url.startsWith(`${this.base}v1/`)) assertDaemon(response, this.base);
         return checked(response);
       }
-      await response.body?.cancel();
-      onWait?.(wait / 1000);
+      onWait?.(wait / 1000, await checked(response).catch((refusal) => refusal));
       await pause(wait, signal);
       signal?.throwIfAborted();
     }

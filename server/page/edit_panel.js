@@ -112,8 +112,9 @@ export class EditPanel {
   reshape(shape) {
     return this.requests.run(async () => {
       const meshes = this.document.meshes.map((mesh, i) => (i === this.mesh ? { ...mesh, shape } : mesh));
-      const made = await this.upload({ ...this.document, meshes }, this.model.name);
-      this.steps.go({ model: made.id });
+      const { model } = this;
+      const made = await this.upload({ ...this.document, meshes }, model.name);
+      this.steps.go(model, { model: made.id });
       this.models.load();
     });
   }
@@ -339,14 +340,16 @@ export class EditPanel {
   /** Makes a model by a list of edits and opens it. stays: keep the selection; shown: other changes of the state.
    *  Resolves with the daemon's answer. */
   async go(edits, { stays = false, ...shown } = {}) {
-    const source = await this.split();
+    const { model, mesh } = this;
     const isKept = !this.document && edits.length > 0;
-    const name = `${stemOf(this.model)}, ${plural(edits.length, 'edit')}`;
+    const name = `${stemOf(model)}, ${plural(edits.length, 'edit')}`;
+    const whole = isKept || edits.length === 0 ? null : this.documentWith(edits);
+    const source = await this.split();
     const made = edits.length === 0 ? { id: await this.original() }
-      : isKept ? await tweend.edit(source, edits, { mesh: meshName(this.model, this.mesh), name })
-        : await this.upload(this.documentWith(edits), name);
-    if (!stays) this.selection.value = [];
-    this.steps.go({ model: made.id, from: isKept ? source : '', edits: isKept ? JSON.stringify(edits) : '',
+      : isKept ? await tweend.edit(source, edits, { mesh: meshName(model, mesh), name })
+        : await this.upload(whole, name);
+    if (!stays && state('model') === model.id) this.selection.value = [];
+    this.steps.go(model, { model: made.id, from: isKept ? source : '', edits: isKept ? JSON.stringify(edits) : '',
       quads: isKept ? 'auto' : state('quads'), beside: edits.length > 0 ? state('beside') : '', ...shown });
     this.models.load();
     return made;

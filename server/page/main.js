@@ -106,8 +106,13 @@ viewport.onCarrier = () => framed && frame();
 
 // ---- what is shown ----
 
+/** Resolves when what a hand has made is stored: the models that are made of the shown one are its next steps then. */
+const handsSettled = () => marked(Promise.all([sculpt.settled(), edit.requests.settled]));
+
 /** Takes back the last step, or does it again, of this visit; where there is none, the last edit of the list. */
-function goThroughSteps(isBack) {
+async function goThroughSteps(isBack) {
+  if (isBack && sculpt.takeBack()) return;
+  await handsSettled();
   if (!isBack) steps.redo();
   else if (steps.canUndo) steps.undo();
   else if (edit.canTakeBack) edit.takeBack();
@@ -124,7 +129,8 @@ function showSteps() {
   if (isHere) (undo.disabled ? redo : undo).focus(); // what is disabled has no focus
 }
 steps.onChange = edit.onEdits = showSteps;
-steps.onStep = (from, made) => models.lineages.add(made, from);
+steps.onStep = (from, made) => models.addVersion(made, from);
+steps.onAside = (of, made) => models.isRemoved(made) || tell('Kept in the list', make('p', {}, `What was made of ${models.nameOf(of)} came after another model was opened: it is the newest version.`));
 showSteps();
 
 const overlays = new OverlayChips(viewport, { isTooLarge, drawLarge });
@@ -196,6 +202,12 @@ const marking = (open) => (...given) => marked(open(...given));
 
 const [openModel, openSurface, openCage, openClip] = [readModel, readSurface, readCage, readClip].map(marking);
 
+function showName() {
+  byId('subject').textContent = models.nameOf(model);
+  document.title = `${models.nameOf(model)} – tweend`;
+}
+models.onRename = () => model && showName();
+
 async function readModel() {
   const id = state('model');
   loading?.abort();
@@ -242,8 +254,7 @@ async function readModel() {
   } finally {
     task.done();
   }
-  byId('subject').textContent = models.nameOf(model);
-  document.title = `${models.nameOf(model)} – tweend`;
+  showName();
   const surfaceOpened = openSurface();
   edit.open(model);
   await soon(surfaceOpened.then(() => shown && drawn()), PATIENCE); // the picture has priority
@@ -298,6 +309,8 @@ async function readSurface() {
     const { counts, answer, parsed } = await opening.surface(model, options, { signal,
       onProgress: (loaded, total) => task.say(`Level ${options.level}: ${bytes(loaded)}${total ? ` of ${bytes(total)}` : ''}`),
       onLoaded: () => task.say(`Level ${options.level}: drawing`) });
+    await sculpt.settled(); // a stroke is of the surface that is shown
+    signal.throwIfAborted();
     shown = Object.fromEntries(SURFACE.map((name) => [name, state(name)]));
     parts = parsed;
     viewport.setModel(parsed, options);
@@ -378,6 +391,7 @@ async function readClip() {
 
 /** A dropped file of nothing but clips plays on the character that is shown. */
 models.onDrop = async (dropped) => {
+  await handsSettled();
   const id = state('model');
   if (!id || !isMotion(dropped)) return false;
   const on = model ?? (await withKey(() => tweend.describe(id)).catch(() => null)); // it may be opening still

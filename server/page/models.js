@@ -31,6 +31,7 @@ export class Models {
     this.lineages = new Lineages(tweend.base);
     this.listed = [];
     this.known = new Promise((resolve) => (this.onKnown = resolve)); // until the models could be listed once
+    this.onRename = () => {}; // called when a model has another name in the list
     this.onDrop = async () => false; // whether a stored model goes onto the shown one, in place of being opened
     this.uploads = new Uploads(async (model, isFirst) => {
       this.lineages.add(model.id);
@@ -54,6 +55,7 @@ export class Models {
     });
     watch((names) => {
       if (names.has('model')) render(nothing, this.warnings);
+      if (names.has('model') && this.isRemoved(state('model'))) this.#restore(); // somebody went back to it
       if (names.has('model') || names.has('tab')) this.show();
     });
   }
@@ -125,6 +127,7 @@ export class Models {
     if (given === null) return;
     this.lineages.rename(id, given);
     this.show();
+    this.onRename();
   }
 
   /** Takes a work from the list; the daemon forgets it when the time to undo is over. */
@@ -136,16 +139,37 @@ export class Models {
     const shown = state('model');
     this.removal = { ids, name, timer: setTimeout(() => this.finishRemoval(), UNDO_MS) };
     this.gone.replaceChildren(`${name} is deleted. `, make('button', { className: 'small', onclick: () => {
-      clearTimeout(this.removal?.timer);
-      this.removal = null;
-      this.gone.replaceChildren();
-      this.show();
+      this.#restore();
       if (isShown) openOther(shown);
+      this.#focusEntry(at);
     } }, 'Undo'));
     if (isShown) openOther(this.first()); // leave it first: requests for it would fail
     this.show();
+    this.#focusEntry(at);
+  }
+
+  #focusEntry(at) {
     const buttons = this.list.querySelectorAll('.model');
     buttons[Math.min(at, buttons.length - 1)]?.focus();
+  }
+
+  /** Puts what was removed back into the list. */
+  #restore() {
+    clearTimeout(this.removal.timer);
+    this.removal = null;
+    this.gone.replaceChildren();
+    this.show();
+  }
+
+  /** Notes that a model was made of another, which may be leaving the list: it leaves with it. */
+  addVersion(made, from) {
+    this.lineages.add(made, from);
+    if (this.isRemoved(from)) this.removal.ids.push(made);
+  }
+
+  /** Whether a model has left the list, and can come back yet. */
+  isRemoved(id) {
+    return this.removal?.ids.includes(id) ?? false;
   }
 
   /** Deletes what was removed, now. Other tabs list what is left when the lineages forget it. */
@@ -155,6 +179,7 @@ export class Models {
     clearTimeout(timer);
     this.removal = null;
     this.listed = this.listed.filter(({ id }) => !ids.includes(id));
+    if (this.gone.contains(document.activeElement)) this.#focusEntry(0);
     this.gone.replaceChildren();
     const forgotten = Promise.all(ids.map((id) => this.#delete(id, name))); // all at once: none would be sent once the page is left
     if (!isLeaving) await forgotten;

@@ -25,7 +25,21 @@ export function explain(error) {
 /** Whether the same request may succeed later, or with a key: nothing is wrong with what it asks. */
 export const mayPass = (error) => isUnanswered(error) || error.status >= 500 || [401, 429].includes(error.status);
 
+const NARROW = 760; // pixels: the panel stands below the stage, as style.css says
+
 const isAbort = (error) => error?.name === 'AbortError';
+
+/** What the stage has at its bottom and in its middle stands above the notices, which may cover its bottom. */
+function makeRoom() {
+  const [list, stage] = [byId('notices'), byId('stage')].map((element) => element.getBoundingClientRect());
+  const covered = list.height > 0 && list.left < stage.right ? Math.max(0, stage.bottom - list.top) : 0;
+  byId('stage').style.setProperty('--covered', `${covered}px`);
+  document.body.style.paddingBottom = innerWidth <= NARROW && list.height > 0 ? `${list.height + 32}px` : ''; // so that the panel can be scrolled beyond them
+}
+
+const room = new ResizeObserver(makeRoom);
+for (const element of [byId('notices'), byId('stage')]) room.observe(element);
+addEventListener('scroll', makeRoom, { passive: true });
 
 /** Shows words below a title, until they are closed. */
 export function tell(title, ...content) {
@@ -34,6 +48,7 @@ export function tell(title, ...content) {
   const list = byId('notices');
   if (list.children.length > 2) list.firstChild.remove();
   list.append(notice);
+  list.scrollTop = list.scrollHeight;
   return notice;
 }
 
@@ -55,15 +70,20 @@ watch((names) => {
 /** Runs requests one at a time, as each depends on the answer to the one before. */
 export class OneAtATime {
   isRunning = false;
+  settled = Promise.resolve(); // when the one that runs has ended
 
-  /** Resolves with whether the request succeeded. Refuses while another runs; shows a failure, which may be tried again. */
-  run(request) {
-    return marked(this.#try(request));
+  /** Resolves with whether the request succeeded. Refuses while another runs, and says so; shows a failure, which may be tried
+   *  again. */
+  async run(request) {
+    if (!this.isRunning) return (this.settled = marked(this.#try(request)));
+    this.refusal?.remove();
+    this.refusal = tell('Not done', make('p', {}, 'The edit before is still being made.'));
+    return false;
   }
 
   async #try(request) {
-    if (this.isRunning) return false;
     this.isRunning = true;
+    const task = busy('Editing');
     try {
       await withKey(request);
       return true;
@@ -72,6 +92,8 @@ export class OneAtATime {
       return false;
     } finally {
       this.isRunning = false;
+      task.done();
+      this.refusal?.remove();
     }
   }
 }

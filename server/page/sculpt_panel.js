@@ -1,5 +1,7 @@
 // The panel for sculpting: strokes of a brush move points of the surface. The daemon stores them as details of the shown
-// level; all other levels follow. A stroke may begin while those before it are being stored.
+// level; all other levels follow. A stroke may begin while those before it are being stored, and end before its points are
+// there. Nothing that happens meanwhile loses one: another level waits for the hand, and what another model leaves behind is
+// stored as a version of its own model.
 import { Box3, Group, LineBasicMaterial, LineLoop, Matrix3, Plane, Points, PointsMaterial, Vector3 } from 'three';
 
 import { apply, Brush, BRUSHES, grab, turnedBy } from './brush.js';
@@ -7,7 +9,7 @@ import { tweend, withKey } from './client.js';
 import { check, chips, choice, fixed, make, press, slider } from './dom.js';
 import { fieldsOf } from './fields.js';
 import { meshName, stemOf } from './models.js';
-import { busy, fail, marked, mayPass } from './notices.js';
+import { busy, fail, marked, mayPass, tell } from './notices.js';
 import { geometryOf, THROUGH } from './overlays.js';
 import { boxesOf, hitsOn } from './ray_hits.js';
 import { SculptMesh } from './sculpt_mesh.js';
@@ -40,8 +42,9 @@ export class SculptPanel {
   /** models: the list that new models are added to. steps: of the lineage. levelSlider: an element. */
   constructor(panel, { viewport, models, steps, levelSlider }) {
     Object.assign(this, { viewport, models, steps, bearers: [], picked: null, wanted: { index: -1 }, stroke: null, picking: Promise.resolve() });
-    this.queue = []; // strokes that wait to be stored
-    this.stored = []; // steps that are stored, but not shown yet
+    this.hands = new Set(); // strokes from the press of the button on, until they are in the queue or dropped
+    this.free = []; // called when none is left, and none is being stored
+    this.work = this.#begun();
     this.marker = makeMarker();
     viewport.own.add(this.marker);
     viewport.onFrame.push(() => this.#mark());
@@ -131,9 +134,20 @@ export class SculptPanel {
     this.viewport.invalidate();
   }
 
+  /** Strokes of one model: queue: those that wait to be stored; stored: steps that are stored, but not shown yet. */
+  #begun() {
+    return { model: null, queue: [], stored: [], isStoring: false };
+  }
+
+  /** What is not stored yet of the model before is stored beside the one that comes. */
   close() {
-    this.stroke = this.hovered = null;
-    [this.queue, this.stored] = [[], []];
+    if (this.#isMoved) this.#finish();
+    else if (this.work.queue.length > 0) this.#store();
+    this.#holdCamera(false);
+    this.hands.delete(this.stroke?.held);
+    this.held = this.stroke = this.hovered = null;
+    this.work = this.#begun();
+    this.#tellFree();
     if (!isStep()) Object.assign(this, { picked: null, wanted: { index: -1 } });
     this.bearers = [];
     this.show();
@@ -147,7 +161,8 @@ export class SculptPanel {
 
   /** Takes over the surface of a level that the viewport now shows. */
   open(model, { scene, bearers }, level) {
-    Object.assign(this, { model, level, scene, size: null, stroke: null, hovered: null });
+    Object.assign(this, { model, level, scene, size: null, hovered: null });
+    this.work.model = model;
     this.bearers = bearers.map(([object, mesh]) => {
       const parts = [];
       object.traverse((part) => part.userData.own && !part.isSkinnedMesh && parts.push(part));
@@ -301,6 +316,7 @@ export class SculptPanel {
     this.viewport.invalidate();
   }
 
+  /** What the hand does before the points are there is done when they are. */
   async #down(event) {
     if (this.held?.isDown) return this.#drop(); // a second finger: the two move the camera
     if (!this.isOn || event.button !== 0 || this.viewport.isBeside(event.clientX)) return undefined;
@@ -311,15 +327,40 @@ export class SculptPanel {
     const bearer = this.bearers[hit.index];
     this.point.value = '';
     this.pick(hit.index, bearer.object.worldToLocal(hit.point.clone()));
-    const held = (this.held = { isDown: true });
-    const mesh = this.loaded.get(bearer.mesh) ?? (await this.meshOf(bearer).catch((error) => fail('The points cannot be loaded', error)));
-    if (!mesh || !held.isDown || this.bearers[hit.index] !== bearer) return undefined;
-    this.#begin(mesh);
+    const { picked, tool } = this;
     const plane = new Plane().setFromNormalAndCoplanarPoint(this.viewport.camera.getWorldDirection(new Vector3()), this.#at());
+    const held = (this.held = { isDown: true, moves: [] });
+    this.hands.add(held);
+    const mesh = this.loaded.get(bearer.mesh) ?? (await this.meshOf(bearer).catch((error) => fail('The points cannot be loaded', error)));
+    if (!this.hands.has(held)) return undefined; // it was dropped
+    if (!mesh || this.bearers[hit.index] !== bearer) {
+      if (mesh && (tool !== 'grab' || held.moves.length > 0)) tell('The stroke is not kept', make('p', {}, 'Another model was opened before its points were there.'));
+      return this.#letGo(held);
+    }
+    this.picked = picked; // another stroke may have begun meanwhile
+    this.#begin(mesh, tool);
+    this.stroke.held = held;
     this.stroke.drag = { plane, from: caster.ray.intersectPlane(plane, new Vector3()) };
-    if (this.tool !== 'grab') this.#dab(event, hit);
-    if (held.last) this.#drag(held.last); // the pointer has gone on meanwhile
+    if (tool !== 'grab') this.#dab(event, hit);
+    for (const move of held.moves) this.#drag(...move);
+    if (!held.isDown) this.#end();
     return undefined;
+  }
+
+  /** A stroke has ended: it is in the queue, or dropped. */
+  #letGo(held) {
+    this.hands.delete(held);
+    this.#tellFree();
+  }
+
+  /** Those who wait for the strokes may go on. */
+  #tellFree() {
+    if (this.hands.size === 0 && !this.work.isStoring) for (const goOn of this.free.splice(0)) goOn();
+  }
+
+  /** Resolves when no hand is at a stroke, and none is being stored. */
+  async settled() {
+    while (this.hands.size > 0 || this.work.isStoring) await new Promise((resolve) => this.free.push(resolve));
   }
 
   /** During a stroke, one finger or the left button does not move the camera. */
@@ -335,7 +376,7 @@ export class SculptPanel {
     return images.map((signs) => ({ brush: new Brush(centre.clone().multiply(new Vector3(...signs)), matrixWorld, this.radius), signs: new Vector3(...signs) }));
   }
 
-  #begin(mesh) {
+  #begin(mesh, tool = 'grab') {
     const { object } = this.bearers[this.picked.index];
     const held = this.#brushes(this.picked.centre, object).map(({ brush, signs }) => {
       const [indices, weights] = brush.under(mesh.points);
@@ -343,15 +384,15 @@ export class SculptPanel {
       return { indices, weights, slopes, signs };
     });
     mesh.hold();
-    this.stroke = { mesh, index: this.picked.index, by: new Vector3(), held, from: mesh.points.slice(), moved: new Set() };
+    this.stroke = { mesh, tool, index: this.picked.index, by: new Vector3(), under: held, from: mesh.points.slice(), moved: new Set(), quads: state('quads') };
   }
 
   /** Moves the points that were under the brush by a world vector. */
   #move(by) {
-    const { mesh, held, from, moved } = this.stroke;
+    const { mesh, under, from, moved } = this.stroke;
     const { object } = this.bearers[this.stroke.index];
     this.stroke.by = by.clone().applyMatrix3(new Matrix3().setFromMatrix4(object.matrixWorld).invert());
-    const [own, image] = held;
+    const [own, image] = under;
     grab(mesh, own, from, this.stroke.by);
     if (image) {
       const both = new Map(own.indices.map((point, k) => [point, k]));
@@ -361,8 +402,8 @@ export class SculptPanel {
       for (const point of image.indices)
         for (let i = 3 * point; both.has(point) && i < 3 * point + 3; i++) mesh.points[i] += sum[i] - from[i];
     }
-    for (const { indices } of held) for (const point of indices) moved.add(point);
-    const turn = (point, normal) => held.reduce((turned, { slopes, signs }) =>
+    for (const { indices } of under) for (const point of indices) moved.add(point);
+    const turn = (point, normal) => under.reduce((turned, { slopes, signs }) =>
       (slopes.has(point) ? turnedBy(this.stroke.by.clone().multiply(signs), slopes.get(point), turned) : turned), normal);
     mesh.show(moved, turn);
     this.viewport.invalidate();
@@ -370,12 +411,12 @@ export class SculptPanel {
 
   /** Puts one dab of the brush where the pointer is, stronger with the pressure of a pen. */
   #dab(event, hit) {
-    const { mesh, moved } = this.stroke;
+    const { mesh, moved, tool: used } = this.stroke;
     const { object } = this.bearers[this.stroke.index];
     const centre = object.worldToLocal(hit.point.clone());
     const pressure = event.pointerType === 'pen' ? event.pressure : 1;
     const strength = (Number(this.strength.value) / 100) * pressure * (event.ctrlKey ? -1 : 1);
-    const tool = event.shiftKey ? 'smooth' : this.tool;
+    const tool = event.shiftKey ? 'smooth' : used;
     const normal = mesh.normalAt(mesh.nearest(centre));
     const facing = normal.lengthSq() > 0 ? normal : hit.face.normal;
     const dabs = this.#brushes(centre, object).map(({ brush, signs }) => BRUSHES[tool](mesh, brush, strength, facing.clone().multiply(signs)));
@@ -386,19 +427,20 @@ export class SculptPanel {
     this.viewport.invalidate();
   }
 
-  #drag(event) {
+  /** caster: through where the pointer was. */
+  #drag(event, caster = this.viewport.rayAt(event)) {
     if (!this.stroke?.drag) {
-      if (this.held?.isDown) this.held.last = event;
+      if (this.held?.isDown) this.held.moves.push([event, caster]);
       else if (this.isOn && event.buttons === 0 && event.pointerType !== 'touch') this.#hover(event);
       return;
     }
-    if (this.tool !== 'grab') {
-      const hit = this.#hit(event);
+    if (this.stroke.tool !== 'grab') {
+      const hit = this.#hit(event, caster);
       if (hit?.index === this.stroke.index && hit.point.distanceTo(this.stroke.dabbed) > SPACING * this.radius) this.#dab(event, hit);
       return;
     }
     const { plane, from } = this.stroke.drag;
-    const by = this.viewport.rayAt(event).ray.intersectPlane(plane, new Vector3())?.sub(from);
+    const by = caster.ray.intersectPlane(plane, new Vector3())?.sub(from);
     if (!by) return;
     const up = new Vector3(0, 1, 0).transformDirection(this.viewport.camera.matrixWorld);
     this.#move(this.along === 'normal' || event.shiftKey ? this.normal.multiplyScalar(by.dot(up)) : by);
@@ -406,20 +448,50 @@ export class SculptPanel {
 
   #up() {
     this.#holdCamera(false);
-    if (!this.stroke?.drag) return undefined;
-    const isMoved = this.tool === 'grab' ? this.stroke.by.lengthSq() > 0 : this.stroke.moved.size > 0;
-    return isMoved ? this.#finish() : this.#drop();
+    if (this.stroke?.drag) this.#end();
+  }
+
+  /** Whether the stroke in the hand has moved points. */
+  get #isMoved() {
+    return Boolean(this.stroke) && (this.stroke.tool === 'grab' ? this.stroke.by.lengthSq() > 0 : this.stroke.moved.size > 0);
+  }
+
+  #end() {
+    if (this.#isMoved) this.#finish();
+    else this.#drop();
   }
 
   /** Cancels the stroke: moves the points back. */
   #drop() {
     this.#holdCamera(false);
-    if (!this.stroke) return;
-    const { mesh, from, moved } = this.stroke;
-    mesh.restore(from, moved);
-    this.stroke = null;
+    const { held } = this;
+    this.held = null;
+    if (this.stroke) {
+      const { mesh, from, moved } = this.stroke;
+      mesh.restore(from, moved);
+      this.stroke = null;
+      this.viewport.invalidate();
+      this.#showStored();
+    }
+    this.#letGo(held);
+  }
+
+  /** Takes back the stroke that is in the hand, or the last that waits for a daemon which does not answer. Returns whether there
+   *  was one. */
+  takeBack() {
+    if (this.held?.isDown) {
+      this.#drop();
+      return true;
+    }
+    const { queue, isStoring } = this.work;
+    if (isStoring || queue.length === 0) return false;
+    const { mesh, indices } = queue.pop();
+    mesh.restore(mesh.stored, indices);
+    for (const kept of queue) kept.indices.forEach((point, k) => mesh === kept.mesh && mesh.points.set(kept.positions.slice(3 * k, 3 * k + 3), 3 * point));
+    mesh.show(indices);
     this.viewport.invalidate();
     this.#showStored();
+    return true;
   }
 
   /** Makes a stroke by numbers. vector(): how far the picked point moves. */
@@ -438,53 +510,60 @@ export class SculptPanel {
 
   /** Puts the stroke into the queue. */
   #finish() {
-    const { mesh, index, moved, by } = this.stroke;
+    const { mesh, index, moved, by, held, quads } = this.stroke;
     const indices = [...moved];
     const positions = indices.flatMap((point) => [...mesh.points.subarray(3 * point, 3 * point + 3)]);
-    this.queue.push({ level: this.level, mesh, indices, positions, of: this.bearers[index].mesh, index, picked: this.picked });
+    this.work.queue.push({ level: this.level, mesh, indices, positions, of: this.bearers[index].mesh, index, picked: this.picked, quads });
     if (this.picked) this.picked = { ...this.picked, centre: this.picked.centre.clone().add(by) };
     this.wanted = this.picked ? { index, place: this.picked.centre } : this.wanted;
     this.stroke = null;
     this.#mark();
-    return this.#store();
+    const stored = this.#store();
+    this.#letGo(held);
+    return stored;
   }
 
-  /** Stores the strokes of the queue, one after the other, each as a model made from the one before. Where the daemon does not
+  /** Stores the strokes of a queue, one after the other, each as a model made from the one before. Where the daemon does not
    *  answer, they stay in the queue and on the surface, until it is asked again. */
-  async #store() {
-    const { queue, model } = this;
-    if (queue.length === 0 || this.storing === queue) return;
-    this.storing = queue;
+  async #store(work = this.work) {
+    const { model, queue, stored } = work;
+    if (queue.length === 0 || work.isStoring) return;
+    work.isStoring = true;
     const controller = new AbortController();
     const task = busy('Keeping the stroke', controller);
     try {
       for (; queue.length > 0; queue.shift()) {
-        const [{ level, mesh, of, indices, positions }] = queue;
-        const options = { level, mesh: meshName(model, of), name: `${stemOf(model)}, sculpted`, quads: this.stored.length > 0 ? undefined : state('quads'), signal: controller.signal };
-        const made = await withKey(() => tweend.sculpt(this.stored.at(-1)?.model ?? model, { indices, positions }, options));
-        if (this.queue !== queue) return; // another model was opened meanwhile
+        const [{ level, mesh, of, indices, positions, quads }] = queue;
+        const options = { level, mesh: meshName(model, of), name: `${stemOf(model)}, sculpted`, quads: stored.length > 0 ? undefined : quads, signal: controller.signal };
+        const made = await withKey(() => tweend.sculpt(stored.at(-1)?.model ?? model, { indices, positions }, options));
         indices.forEach((point, k) => mesh.stored.set(positions.slice(3 * k, 3 * k + 3), 3 * point));
-        this.stored.push({ model: made.id, from: '', edits: '', quads: 'auto' }); // the new model has its polygons
+        stored.push({ model: made.id, from: '', edits: '', quads: 'auto' }); // the new model has its polygons
       }
     } catch (error) {
-      if (this.queue !== queue) return;
-      fail('The stroke cannot be kept', error, () => this.queue === queue && this.#store());
-      if (mayPass(error)) return;
-      this.#drop(); // what is in the hand was built on it
-      const [{ index, picked }] = queue;
-      for (const { mesh, indices } of queue.splice(0)) mesh.restore(mesh.stored, indices);
-      if (picked) this.pick(index, picked.centre);
+      fail('The stroke cannot be kept', error, () => this.#store(work));
+      if (!mayPass(error)) this.#giveUp(work);
     } finally {
-      if (this.storing === queue) this.storing = null;
+      work.isStoring = false;
       task.done();
     }
-    this.#showStored();
+    this.#showStored(work);
+    this.#tellFree();
+  }
+
+  /** Takes back the strokes of a queue, of which the daemon refuses the first. */
+  #giveUp(work) {
+    const [{ index, picked }] = work.queue;
+    const isHere = work === this.work;
+    if (isHere) this.#drop(); // what is in the hand was built on it
+    for (const { mesh, indices } of work.queue.splice(0)) mesh.restore(mesh.stored, indices);
+    if (isHere && picked) this.pick(index, picked.centre);
   }
 
   /** Shows the newest model, unless the hand is at the next stroke. */
-  #showStored() {
-    if (this.stroke || this.queue.length > 0 || this.stored.length === 0) return;
-    this.steps.go(...this.stored.splice(0));
+  #showStored(work = this.work) {
+    const { model, queue, stored } = work;
+    if (queue.length > 0 || stored.length === 0 || (work === this.work && this.stroke)) return;
+    this.steps.go(model, ...stored.splice(0));
     this.models.load();
   }
 }

@@ -15,6 +15,7 @@ export class Steps {
     this.viewport = viewport;
     this.onChange = () => {};
     this.onStep = () => {}; // called with a model and the one that a new step made from it
+    this.onAside = () => {}; // called with a model, of which steps were made while another is shown, and the last of them
     this.#readKept();
     watch((names) => {
       if (!names.has('model') || isStep()) return;
@@ -49,16 +50,21 @@ export class Steps {
     return this.#future.length > 0;
   }
 
-  /** Changes the state to that of new steps, and shows the last of them. */
-  go(...steps) {
-    let now = this.#now();
+  /** Changes the state to that of new steps, which were made from a model, and shows the last of them. Where another model
+   *  has been opened meanwhile, that stays. */
+  go(model, ...steps) {
+    let [now, from] = [this.#now(), model.id];
+    const isAside = now.model !== from;
     for (const next of steps) {
-      this.onStep(now.model, next.model);
+      this.onStep(from, next.model);
+      from = next.model;
+      if (isAside) continue;
       this.#past.push(now);
       now = { ...now, ...next };
     }
+    if (isAside) return this.onAside(model, from);
     this.#future = [];
-    this.#show(now);
+    return this.#show(now);
   }
 
   undo() {

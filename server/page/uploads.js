@@ -103,7 +103,10 @@ export class Uploads {
       bar.value = total ? loaded / total : 0;
       said.textContent = loaded < total ? `${bytes(loaded)} of ${bytes(total)}` : 'reading';
     };
-    const onWait = (wait) => (said.textContent = `the daemon is busy, sent again in ${Math.ceil(wait)} s`);
+    const onWait = (wait, { detail = 'the daemon is busy' }) => {
+      bar.value = 0;
+      said.textContent = `${detail}, sent again in ${Math.ceil(wait)} s`;
+    };
     try {
       const model = await withKey(() => tweend.upload(source, { name, onProgress, onWait, signal: controller.signal }));
       row.remove();

@@ -26,15 +26,16 @@ const DELAY_MS = Number(process.env.TESTED_DELAY ?? 0);
 const SEED = process.env.TESTED_SEED ?? String(Date.now() % 100000); // of the delays
 if (DELAY_MS > 0) console.log(`# answers are delayed: TESTED_DELAY=${DELAY_MS} TESTED_SEED=${SEED}`);
 
-/** Delays the answers to all pages of a context. The same request, asked as often before, has the same delay. */
-async function delayAnswers(context) {
+/** Delays the answers to a page, or all pages of a context, by up to so many milliseconds. The same request, asked as often before,
+ *  has the same delay. */
+export async function delayAnswers(context, most = DELAY_MS, seed = SEED) {
   const asked = new Map();
   await context.route('**/v1/**', async (route) => {
     const { pathname, search } = new URL(route.request().url());
     const what = `${route.request().method()} ${pathname}${search}`;
     asked.set(what, (asked.get(what) ?? 0) + 1);
-    const part = createHash('sha256').update(`${SEED} ${what} ${asked.get(what)}`).digest().readUInt32LE() / 2 ** 32;
-    await new Promise((resolve) => setTimeout(resolve, part * DELAY_MS));
+    const part = createHash('sha256').update(`${seed} ${what} ${asked.get(what)}`).digest().readUInt32LE() / 2 ** 32;
+    await new Promise((resolve) => setTimeout(resolve, part * most));
     await route.continue().catch(() => {}); // it may have been called off
   });
 }

@@ -88,7 +88,7 @@ visits('a daemon that is busy is told of, and a file that it puts off is sent ag
   const busy = { status: 503, contentType: 'application/problem+json', body: JSON.stringify({ status: 503, title: 'Service unavailable', detail: 'too many requests are waiting' }) };
   await page.route('**/v1/models?name=*', (route) => (left-- > 0 ? route.fulfill({ ...busy, headers: { 'Retry-After': left > 0 ? '40' : '2' } }) : route.fallback()));
   await drop(visit, { 'late.obj': `${PYRAMID}# late` });
-  await page.locator('.upload', { hasText: 'the daemon is busy, sent again in 2 s' }).waitFor();
+  await page.locator('.upload', { hasText: 'too many requests are waiting, sent again in 2 s' }).waitFor();
   await page.locator('.upload').getByRole('button', { name: 'Cancel' }).click();
   await page.locator('.upload').waitFor({ state: 'detached' });
   left = 2; // the first says that it takes longer than a page waits

@@ -491,3 +491,23 @@ visits('edits, undo and deletes keep the focus and what is scrolled to', { ...UN
   await page.waitForLoadState('networkidle');
   assert.ok(await page.evaluate(() => document.activeElement.matches('.model')), 'the focus is on a model');
 });
+
+for (const [width, height] of [[390, 600], [320, 256], [812, 390], [1280, 800]])
+  visits(`three notices cover no button of a stage of ${width} x ${height}`, { ...UNDRAWN, viewport: { width, height }, refused: [500] }, async (visit) => {
+    const { page } = visit;
+    await visit.level(2);
+    const detail = 'There are several lines of words about what has failed here, as the daemon has them for what is seldom.';
+    await page.route('**/v1/models/0*', (route) => route.fulfill({ status: 500, contentType: 'application/problem+json', body: JSON.stringify({ status: 500, title: 'Failed', detail }) }));
+    await page.evaluate(() => (location.hash = '#model=00000000000000000000000000000000'));
+    const again = blank(visit).getByRole('button', { name: 'Try again' });
+    for (let notices = 1; notices <= 3; notices++) {
+      await visit.wait((count) => document.querySelectorAll('.notice').length === count, notices);
+      await again.click({ timeout: 5000 }); // playwright refuses where something else would get the click
+    }
+    await page.locator('.notice .close').last().click({ timeout: 5000 });
+    await page.getByRole('button', { name: 'New shape' }).click({ timeout: 5000 });
+    await page.keyboard.press('Escape');
+    await page.evaluate(() => scrollTo(0, document.body.scrollHeight)); // the panel goes on below a small stage
+    await page.locator('.model').last().click({ timeout: 5000 });
+    await visit.level(2);
+  });

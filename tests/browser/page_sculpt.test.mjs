@@ -308,6 +308,92 @@ visits('strokes go on while one is stored, and each can be undone', { ...UNDRAWN
   assert.equal(await sculptor.id, source);
 });
 
+/** Begins a stroke at a point of level 3, and ends it after what is done meanwhile. */
+async function during(sculptor, [place, by], act) {
+  await sculptor.hold(place, by);
+  await act();
+  await sculptor.page.mouse.up();
+}
+
+visits('a level that comes during a stroke waits for the hand', { ...UNDRAWN, hash }, async (visit) => {
+  const sculptor = await Sculptor.begin(visit);
+  const { page } = sculptor;
+  const before = await pointsOf(await sculptor.id, 3);
+  const middle = nearest(before, new Vector3(0.5, 0.3, 0.6));
+  await sculptor.opens(() => during(sculptor, [before[middle], [40, -40]], async () => {
+    const coming = page.waitForResponse(/surface\.glb\?.*level=4/);
+    await sculptor.slide('Level', 4);
+    await (await coming).finished();
+    await page.waitForTimeout(300);
+    assert.match(await visit.text('#facts'), /^Level 3/);
+  }));
+  await visit.level(4);
+  const by = await sculptor.moved(before[middle], [40, -40]);
+  assert.ok(apart(await pointsOf(await sculptor.id, 3), dragged(before, middle, by)) < 1e-3, 'the stroke is of level 3');
+});
+
+visits('a stroke that ends before its points are there is kept', { ...UNDRAWN, hash }, async (visit) => {
+  const release = await visit.hold('**/surface.obj**');
+  await visit.page.reload();
+  const sculptor = await Sculptor.begin(visit);
+  const source = await sculptor.id;
+  const before = await pointsOf(source, 3);
+  const strokes = [[new Vector3(0.5, 0.3, 0.6), [40, -40]], [new Vector3(-0.3, 0.7, 0.3), [0, -30]]].map(([place, by]) => [nearest(before, place), by]);
+  for (const [point, by] of strokes) await during(sculptor, [before[point], by], () => {});
+  await sculptor.opens(async () => release());
+  const after = await pointsOf(await sculptor.id, 3);
+  for (const [point, by] of strokes) {
+    const wanted = before[point].clone().add(await sculptor.moved(before[point], by));
+    assert.ok(after[point].distanceTo(wanted) < 0.02, `${after[point].distanceTo(wanted)}`); // each reaches a little to the other
+  }
+});
+
+visits('undo takes back the stroke that is in the hand, or being stored', { ...UNDRAWN, hash }, async (visit) => {
+  const sculptor = await Sculptor.begin(visit);
+  const { page } = sculptor;
+  const source = await sculptor.id;
+  const before = await pointsOf(source, 3);
+  const stroke = [before[nearest(before, new Vector3(0.5, 0.3, 0.6))], [40, -40]];
+  await sculptor.drag(...stroke);
+  const once = await sculptor.id;
+  const place = (await pointsOf(once, 3))[nearest(before, new Vector3(-0.3, 0.7, 0.3))];
+  await during(sculptor, [place, [0, -25]], () => page.keyboard.press('Control+z'));
+  await page.waitForTimeout(300);
+  await visit.drawn();
+  assert.equal(await sculptor.id, once, 'the one in the hand has gone, the one before has not');
+  const release = await visit.hold('**/detail?**');
+  await during(sculptor, [place, [0, -25]], () => {});
+  await page.keyboard.press('Control+z');
+  release();
+  await page.getByRole('button', { name: 'Redo', disabled: false }).waitFor();
+  await visit.drawn();
+  assert.equal(await sculptor.id, once);
+  await sculptor.opens(() => page.keyboard.press('Control+Shift+z'));
+  assert.ok((await pointsOf(await sculptor.id, 3))[nearest(before, new Vector3(-0.3, 0.7, 0.3))].distanceTo(place) > 0.05);
+});
+
+visits('strokes that are stored after another model was opened are kept as a version', { ...UNDRAWN, hash }, async (visit) => {
+  const sculptor = await Sculptor.begin(visit);
+  const { page } = sculptor;
+  const source = await sculptor.id;
+  const before = await pointsOf(source, 3);
+  const middle = nearest(before, new Vector3(0.5, 0.3, 0.6));
+  const release = await visit.hold('**/detail?**');
+  await during(sculptor, [before[middle], [40, -40]], () => {});
+  const second = nearest(before, new Vector3(-0.3, 0.7, 0.3));
+  const tank = await site.model('tank.json');
+  await during(sculptor, [before[second], [0, -30]], () => page.evaluate((id) => (location.hash = `#model=${id}`), tank));
+  release();
+  await page.locator('.notice', { hasText: 'Kept in the list' }).getByText('block.obj').waitFor();
+  assert.equal(await sculptor.id, tank);
+  await page.locator('.versions summary').click();
+  assert.equal(await page.locator('.version').count(), 3);
+  await page.locator('.version').first().click(); // the newest
+  await visit.wait((id) => !location.hash.includes(id) && document.getElementById('subject').textContent.startsWith('block.obj'), tank);
+  const after = await pointsOf(await sculptor.id, 3);
+  assert.ok(after[middle].distanceTo(before[middle]) > 0.1 && after[second].distanceTo(before[second]) > 0.1);
+});
+
 visits('a stroke outlives a restart of the daemon', { hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;

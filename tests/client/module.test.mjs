@@ -119,7 +119,7 @@ function putOff(answers, options) {
     const [status, after] = answers[asked.length] ?? [200];
     asked.push([method, body instanceof ReadableStream ? await new Response(body).text() : body]);
     const headers = after === undefined ? {} : { 'Retry-After': after };
-    return status === 200 ? Response.json({ id: 'x' }) : new Response('{}', { status, headers });
+    return status === 200 ? Response.json({ id: 'x' }) : new Response('{"detail":"full"}', { status, headers });
   };
   return { asked, client: new Tweend('http://a.example', { fetch, ...options }) };
 }
@@ -128,9 +128,9 @@ test('a request that is put off is sent again, whatever it does', async () => {
   const past = new Date(Date.now() - 5000).toUTCString();
   const { asked, client } = putOff([[503, '0'], [429, past], [503, '0']]);
   const [told, waits] = [[], []];
-  assert.equal((await client.upload('v 0 0 0', { onProgress: (sent) => told.push(sent), onWait: (seconds) => waits.push(seconds) })).id, 'x');
+  assert.equal((await client.upload('v 0 0 0', { onProgress: (sent) => told.push(sent), onWait: (seconds, { status, detail }) => waits.push([seconds, status, detail]) })).id, 'x');
   assert.deepEqual(asked, Array(4).fill(['POST', 'v 0 0 0']));
-  assert.deepEqual([told, waits], [[7, 7, 7, 7], [0, 0, 0]]);
+  assert.deepEqual([told, waits], [[7, 7, 7, 7], [[0, 503, 'full'], [0, 429, 'full'], [0, 503, 'full']]]);
 
   const soon = putOff([[503, new Date(Date.now() + 2500).toUTCString()]]);
   const began = performance.now();
