@@ -22,8 +22,10 @@
 enum {
   VALENCE_MAX = 32,
   ROWS = 3,
+  DEPTH = 3, /* how many levels deeper faces are compared when they are looked at closely */
   POINTS_MAX = 1 + 12 * VALENCE_MAX, /* of three rows */
-  PLAIN_VALENCE = 4
+  PLAIN_VALENCE = 4,
+  COMPARE_WORK = 8192 /* of a sector that is compared with a deeper level */
 };
 
 /* A term of a sum of a wheel's points. */
@@ -152,12 +154,15 @@ static void add_limits(tw_error_wheel *w, const tw_topology *t, tw_limit_entry *
   }
 }
 
+/* The faces of a sector that a step makes regular: a, b of their first point. */
+static const int regular_cells[3][2] = {{1, 0}, {1, 1}, {0, 1}};
+
 static void add_faces(tw_error_wheel *w, const tw_topology *t) {
-  static const int regular[3][2] = {{1, 0}, {1, 1}, {0, 1}};
   for (uint32_t s = 0; s < w->valence; s++)
     for (uint32_t i = 0; i < 3; i++)
       for (int k = 0; k < 16; k++)
-        w->nets[3 * s + i][k] = point_of(w->valence, s, regular[i][0] + k % 4 - 1, regular[i][1] + k / 4 - 1);
+        w->nets[3 * s + i][k] =
+            point_of(w->valence, s, regular_cells[i][0] + k % 4 - 1, regular_cells[i][1] + k / 4 - 1);
   memcpy(w->quads, t->corner_vertex, 4 * (size_t)w->valence * sizeof *w->quads);
 }
 
@@ -336,14 +341,14 @@ static double least_cosine(const ring *r, uint32_t begin, uint32_t end, const do
   return least;
 }
 
-/* The greatest slope of the faces around one at the middle. */
-static double slope_around(const tw_error_wheel *w, const ring *r, uint32_t sector, const double normal[3]) {
+/* The least cosine between the normal of a face at the middle and those of the faces around it. */
+static double cosine_around(const tw_error_wheel *w, const ring *r, uint32_t sector, const double normal[3]) {
   uint32_t n = w->valence, own = n + 3 * sector, before = n + 3 * ((sector + n - 1) % n) + 2,
            after = n + 3 * ((sector + 1) % n);
   double least = least_cosine(r, 0, n, normal);
   least = tw_lesser(least, least_cosine(r, own, own + 3, normal));
   least = tw_lesser(least, least_cosine(r, before, before + 1, normal));
-  return tw_error_slope(tw_lesser(least, least_cosine(r, after, after + 1, normal)));
+  return tw_lesser(least, least_cosine(r, after, after + 1, normal));
 }
 
 /* Whether the faces are a graph, seen along the normal at the middle. */
@@ -377,7 +382,8 @@ static double step_error(const tw_error_wheel *w, const ring *r, const ring *nex
     for (int i = 0; i < 4; i++) memcpy(own[i], r->shown[corners[i]], sizeof own[i]);
     for (int i = 0; i < 9; i++) memcpy(below[i], next->shown[children[i]], sizeof below[i]);
     tw_corners_normal(r->shown[0], corners, 4, normal);
-    most = tw_greater(most, tw_error_of_quad(own, below, normal, slope_around(w, r, s, normal)));
+    most = tw_greater(most,
+                      tw_error_of_quad(own, below, normal, tw_error_slope(cosine_around(w, r, s, normal))));
   }
   return most;
 }
@@ -437,29 +443,147 @@ static void take_regular(const tw_error_wheel *w, const ring *r, bool limit, boo
   }
 }
 
+/* ---- a closer look at the faces at the middle ------------------------------------------------------
+ *
+ * A sum over all levels counts each step in full. So these faces are compared with what comes of them some
+ * levels deeper (error_sums.c): with limit points of the regular faces that the steps between made, and with
+ * the faces of the last of these levels, of which the distance from the limit is added. Points of the limit
+ * may slide from the faces at the middle to those around them, so these count too. */
+
+/* What is found of the faces at the middle of a level: on triangles, and over hulls. */
+typedef struct closer {
+  double regular[2]; /* their distance from the limit of regular faces */
+  double deeper[2];  /* from faces as many levels deeper as were compared */
+} closer;
+
+/* Where a point of a grid of size x size cells lies over its face. */
+static uint8_t place_at(uint32_t a, uint32_t b, uint32_t size) {
+  const bool is_on[4] = {b == 0, a == size, b == size, a == 0},
+             is_in[4] = {a >= b, a <= b, a + b >= size, a + b <= size};
+  uint32_t bits = 0;
+  for (int i = 0; i < 4; i++)
+    bits |= (is_on[i] ? (uint32_t)TW_ERROR_ON_EDGE << i : 0) |
+            (is_in[i] ? (uint32_t)TW_ERROR_IN_TRIANGLE << i : 0);
+  return (uint8_t)bits;
+}
+
+static void cell_places(const int cell[2], uint32_t size, uint8_t out[4]) {
+  uint32_t a = (uint32_t)cell[0], b = (uint32_t)cell[1];
+  const uint8_t places[4] = {place_at(a, b, size), place_at(a + 1, b, size), place_at(a + 1, b + 1, size),
+                             place_at(a, b + 1, size)};
+  memcpy(out, places, sizeof places);
+}
+
+/* The face of a sector at the middle, over which its points slide as all faces around it allow. */
+static tw_error_base base_of(const tw_error_wheel *w, const ring *r, uint32_t sector, tw_error_frame *frame) {
+  tw_error_base out = {.size = 4, .frame = frame};
+  const uint32_t *quad = w->quads[sector];
+  uint8_t unused[4];
+  double length = 0, side[3];
+  for (int i = 0; i < 4; i++) {
+    out.corners[i] = r->shown[quad[i]];
+    tw_difference3(r->shown[quad[(i + 1) % 4]], r->shown[quad[i]], side);
+    length += tw_length3(side);
+  }
+  tw_corners_normal(r->shown[0], quad, 4, out.normal);
+  float around = tw_error_rounded_down(cosine_around(w, r, sector, out.normal));
+  *frame = (tw_error_frame){.corners = {around, around, around, around},
+                            .edges = {around, around, around, around},
+                            .own = around,
+                            .reach = (float)(length / 8 * (1 - 1e-6))};
+  tw_error_begin_base(&out, unused);
+  return out;
+}
+
+/* Compares the face of a sector with faces of a deeper level, by their corners. */
+static void compare_corners(const tw_error_wheel *w, const tw_error_base *base, const ring *to,
+                            uint32_t sector, uint32_t size, double *deeper) {
+  static const int cells[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  for (int i = 0; i < 4; i++) {
+    tw_error_gap gap = tw_error_gap_over(base);
+    uint8_t places[4];
+    cell_places(cells[i], size, places);
+    for (int k = 0; k < 4; k++) {
+      int a = cells[i][0] + cells[k][0], b = cells[i][1] + cells[k][1];
+      tw_error_take_point(base, &gap, places[k], to->shown[point_of(w->valence, sector, a, b)]);
+    }
+    *deeper = tw_greater(*deeper, tw_error_gap_size(base, &gap));
+  }
+}
+
+/* The same with the limit of the faces that the last step made regular. */
+static void compare_regular(const tw_error_wheel *w, const tw_error_base *base, const ring *to,
+                            uint32_t sector, uint32_t size, double *regular) {
+  for (uint32_t i = 0; i < 3; i++) {
+    tw_error_net net;
+    uint8_t places[4];
+    double unused;
+    for (int k = 0; k < 16; k++)
+      memcpy(net.points[k / 4][k % 4], to->control[w->nets[3 * sector + i][k]], sizeof(double[3]));
+    cell_places(regular_cells[i], size, places);
+    *regular =
+        tw_greater(*regular, tw_error_of_limits(base, &net, places, tw_error_of_net(&net, true, &unused)));
+  }
+}
+
+/* False: the result is not wanted any more. */
+static bool compare_middle(const tw_error_wheel *w, const ring *from, const ring *to, uint32_t steps,
+                           closer *out) {
+  uint32_t size = 1u << steps;
+  out->deeper[0] = out->deeper[1] = 0;
+  for (uint32_t s = 0; s < w->valence; s++) {
+    tw_error_frame frame;
+    tw_error_base base = base_of(w, from, s, &frame);
+    const tw_error_hull hull = tw_error_find_hull(base.corners);
+    for (int i = 0; i < 2; i++) {
+      base.hull = i == 0 ? NULL : &hull;
+      compare_corners(w, &base, to, s, size, &out->deeper[i]);
+      compare_regular(w, &base, to, s, size, &out->regular[i]);
+    }
+  }
+  return tw_work((uint64_t)COMPARE_WORK * w->valence);
+}
+
+/* Lowers the distance of the faces at the middle. below: that of the faces they were compared with. */
+static double lower_middle(const closer *c, double below, double error) {
+  for (int i = 0; i < 2; i++) error = tw_lesser(error, tw_greater(c->regular[i], c->deeper[i] + below));
+  return error;
+}
+
 uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_t vertex, double enough,
                           const double *known, double *out) {
   const tw_topology *t = &p->topology;
   uint32_t valence = tw_error_wheel_valence(t, vertex), depth = 0,
            deepest = m->level_max + TW_ERROR_FURTHER_LEVELS - p->level;
-  ring rings[2];
+  ring rings[DEPTH + 1];
   if (valence == 0 || !m->wheels[valence] || !gather(p, m->wheels[valence], vertex, &rings[0])) return 0;
   const tw_error_wheel *w = m->wheels[valence];
   double steps[TW_ERROR_RING_LEVELS], regular[TW_ERROR_RING_LEVELS + 1] = {0};
+  closer closely[TW_ERROR_RING_LEVELS] = {{{0}, {0}}};
   find_normals(w, &rings[0]);
   double rest = hull_of(&rings[0], is_graph(w, &rings[0]));
   for (; rest > enough && depth < deepest; depth++) {
-    ring *own = &rings[depth % 2], *next = &rings[(depth + 1) % 2];
+    ring *own = &rings[depth % (DEPTH + 1)], *next = &rings[(depth + 1) % (DEPTH + 1)];
     step_ring(w, own, m->options->limit, next);
     bool graph = is_graph(w, next);
     steps[depth] = step_error(w, own, next);
     take_regular(w, next, m->options->limit, graph, known ? known + depth + 1 : NULL, regular + depth + 1,
                  TW_ERROR_RING_LEVELS - depth);
+    for (uint32_t i = depth < DEPTH ? 0 : depth + 1 - DEPTH; known && i <= depth; i++)
+      if (p->level + i <= m->level_max && out[i] > known[i] &&
+          !compare_middle(w, &rings[i % (DEPTH + 1)], next, depth + 1 - i, &closely[i]))
+        return 0;
     rest = hull_of(next, graph);
   }
   out[depth] = rest;
   for (uint32_t i = 1; i <= depth; i++) regular[i] = tw_greater(regular[i], regular[i - 1] / 4);
-  for (uint32_t i = depth; i-- > 0;) out[i] = steps[i] + tw_greater(regular[i + 1], out[i + 1]);
+  for (uint32_t i = depth; i-- > 0;) {
+    bool is_close = known && p->level + i <= m->level_max && out[i] > known[i];
+    out[i] = steps[i] + tw_greater(regular[i + 1], out[i + 1]);
+    if (!is_close) continue;
+    uint32_t deeper = i + DEPTH < depth ? i + DEPTH : depth;
+    out[i] = lower_middle(&closely[i], tw_greater(regular[deeper], out[deeper]), out[i]);
+  }
   for (uint32_t i = 0; i <= depth; i++) out[i] = tw_greater(out[i], regular[i]);
   return depth + 1;
 }

@@ -67,7 +67,9 @@ typedef struct compared {
   uint32_t depth;
   bool loop;
   tw_error_base base;
-  uint32_t *patches; /* counts pieces whose limit points are looked at; NULL: none are */
+  uint32_t *patches;     /* counts pieces whose limit points are looked at; NULL: none are */
+  uint32_t slides_level; /* the first level of pieces that are no patches, and have no children */
+  double slides;         /* how far the limit may be from the pieces around these */
 } compared;
 
 static uint32_t size_of(const tw_level_errors *l, uint32_t face) {
@@ -169,7 +171,7 @@ static void take_in_hull(const tw_error_base *b, tw_error_gap *g, const double *
 
 /* Where the diagonals of a quad are nearest, or almost: each step finds the point of one that is nearest to
  * that of the other. */
-static tw_error_hull find_hull(const double *const corners[4]) {
+tw_error_hull tw_error_find_hull(const double *const corners[4]) {
   enum { STEPS = 8 };
   const double end = 1. / 64; /* neither point is a corner */
   double points[2][3], moved[3];
@@ -305,9 +307,10 @@ static double patch_error(const compared *c, const piece *own) {
   const tw_level_errors *l = &c->levels[own->level];
   tw_error_net n;
   double unused;
-  if (!l->is_plain[own->face] || !find_net(l, own->face, &n)) return INFINITY;
+  if (!l->is_plain[own->face] || own->level >= c->slides_level || !find_net(l, own->face, &n))
+    return INFINITY;
   ++*c->patches;
-  return tw_error_of_limits(&c->base, &n, own->places, tw_error_of_net(&n, true, &unused));
+  return c->slides + tw_error_of_limits(&c->base, &n, own->places, tw_error_of_net(&n, true, &unused));
 }
 
 /* The index in l->made of a face from which the next level was made; UINT32_MAX for other faces. */
@@ -331,6 +334,20 @@ static piece child_of(const compared *c, const piece *parent, uint32_t size, uin
   out.places[2] = middle;
   out.places[3] = at[i] & at[(i + size - 1) % size];
   return out;
+}
+
+/* Finds what may slide onto patches from pieces that are none, and have no children to tell more. */
+static void find_slides(compared *c, uint32_t level, uint32_t face) {
+  const tw_level_errors *l = &c->levels[level];
+  uint32_t left = level < DEPTH && level < c->depth ? find_left(l, face) : UINT32_MAX;
+  if (l->is_plain[face]) return;
+  if (left != UINT32_MAX && l->steps[left] >= 0) {
+    for (uint32_t i = l->children[left]; i < l->children[left + 1]; i++) find_slides(c, level + 1, i);
+    return;
+  }
+  if (level < c->slides_level) c->slides_level = level;
+  for (uint32_t i = 0; i < size_of(l, face); i++)
+    c->slides = tw_greater(c->slides, l->around[l->corners[l->begins[face] + i]]);
 }
 
 /* The distance of a piece's part of the limit from the face. What is at most `enough` is looked at no
@@ -366,6 +383,7 @@ static compared start(const tw_level_errors *levels, uint32_t depth, bool loop, 
   compared c = {.levels = levels,
                 .depth = depth,
                 .loop = loop,
+                .slides_level = UINT32_MAX,
                 .base = {.size = size_of(levels, face), .frame = &levels->frames[left]}};
   *whole = (piece){.face = face};
   for (uint32_t i = 0; i < c.base.size; i++)
@@ -506,7 +524,7 @@ static void look_again(const compared *by, const piece *whole, double enough, do
   c.base.planes = &planes;
   *error = tw_lesser(*error, find_least(&c, whole, enough));
   if (*error <= enough || c.base.size < 4) return;
-  const tw_error_hull hull = find_hull(c.base.corners);
+  const tw_error_hull hull = tw_error_find_hull(c.base.corners);
   c.base.hull = &hull;
   *error = tw_lesser(*error, find_least(&c, whole, enough));
 }
@@ -526,6 +544,7 @@ static tw_status refine_error(tw_arena *scratch, tw_level_errors *levels, uint32
     if (status != TW_OK) return status;
   }
   if (!tw_work(LOOK_WORK)) return TW_CANCELLED;
+  find_slides(&c, 0, face);
   c.patches = &patches;
   look_again(&c, &whole, enough, error);
   if (*error > enough && turn(levels, face, c.base.frame, c.base.normal)) {

@@ -247,8 +247,8 @@ uint32_t tw_error_wheel_valence(const tw_topology *t, uint32_t vertex);
 /* The distances of the faces around an irregular vertex from the limit: at out[0] on their own level, then on
  * the deeper ones. Returns how many of these were found; deeper levels are no farther than the last one.
  * enough: what is less is looked at no further. known: [TW_ERROR_RING_LEVELS + 1] distances from the same
- * level on: what is more is looked at closely; NULL: nothing is. 0: the vertex is regular, or not alone;
- * faces have no second irregular one otherwise. out: [TW_ERROR_RING_LEVELS]
+ * level on: what is more is looked at closely, `out` having what was found without; NULL: nothing is. 0: the
+ * vertex is regular, or not alone; faces have no second irregular one otherwise. out: [TW_ERROR_RING_LEVELS]
  */
 enum { TW_ERROR_RING_LEVELS = TW_LEVEL_MAX + TW_ERROR_FURTHER_LEVELS + 1 };
 uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_t vertex, double enough,
@@ -310,6 +310,9 @@ enum {
   TW_ERROR_ON_EDGE = 1,         /* one for each of four edges, from a corner to the next */
   TW_ERROR_IN_TRIANGLE = 1 << 4 /* one for each triangle of the face: of a quad 0 1 2, 0 2 3, 1 2 3, 0 1 3 */
 };
+
+/* The hull of a quad (error_sums.c). */
+tw_error_hull tw_error_find_hull(const double *const corners[4]);
 
 /* Finds a face's least cosine, and the places of its own corners (error_sums.c). */
 void tw_error_begin_base(tw_error_base *b, uint8_t places[4]);
