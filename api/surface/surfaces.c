@@ -226,7 +226,8 @@ static api_outcome warn_of_lost_cage(api_call *call, const api_surface_request *
   if (!may_lose_cage(request)) return API_DONE;
   bool has[CAGE_PARTS] = {
       [CREASES] = is_ngon && plan->hard.edges > 0, [CORNERS] = is_ngon && plan->hard.corners > 0};
-  if (find_cage_parts(request, has) != TW_OK) return api_fail_without_memory(call);
+  if (find_cage_parts(request, has) != TW_OK)
+    return tw_work_status(&call->fault.error) == TW_OK ? api_fail_without_memory(call) : api_fail(call);
   tw_text text = {0};
   tw_text_add(&text, is_ngon ? "" : "polygons=ngon");
   tw_text_add(&text, is_ngon || !is_packed ? "" : " with ");

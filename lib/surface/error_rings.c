@@ -22,7 +22,6 @@
 enum {
   VALENCE_MAX = 32,
   ROWS = 3,
-  DEPTH = 3, /* how many levels deeper faces are compared when they are looked at closely */
   POINTS_MAX = 1 + 12 * VALENCE_MAX, /* of three rows */
   PLAIN_VALENCE = 4,
   COMPARE_WORK = 8192 /* of a sector that is compared with a deeper level */
@@ -448,7 +447,9 @@ static void take_regular(const tw_error_wheel *w, const ring *r, bool limit, boo
  * A sum over all levels counts each step in full. So these faces are compared with what comes of them some
  * levels deeper (error_sums.c): with limit points of the regular faces that the steps between made, and with
  * the faces of the last of these levels, of which the distance from the limit is added. Points of the limit
- * may slide from the faces at the middle to those around them, so these count too. */
+ * may slide from the faces at the middle to those around them, so these count too. It takes long, and is done
+ * for limit points alone: the sum is near for control points, of which those at the middle move at each step.
+ */
 
 /* What is found of the faces at the middle of a level: on triangles, and over hulls. */
 typedef struct closer {
@@ -550,12 +551,17 @@ static double lower_middle(const closer *c, double below, double error) {
   return error;
 }
 
+static bool is_compared(const tw_measuring *m, const tw_error_part *p, uint32_t step, const double *known,
+                        const double *found) {
+  return m->options->limit && p->level + step <= m->level_max && found[step] > known[step];
+}
+
 uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_t vertex, double enough,
                           const double *known, double *out) {
   const tw_topology *t = &p->topology;
   uint32_t valence = tw_error_wheel_valence(t, vertex), depth = 0,
            deepest = m->level_max + TW_ERROR_FURTHER_LEVELS - p->level;
-  ring rings[DEPTH + 1];
+  ring rings[TW_ERROR_DEPTH + 1];
   if (valence == 0 || !m->wheels[valence] || !gather(p, m->wheels[valence], vertex, &rings[0])) return 0;
   const tw_error_wheel *w = m->wheels[valence];
   double steps[TW_ERROR_RING_LEVELS], regular[TW_ERROR_RING_LEVELS + 1] = {0};
@@ -563,25 +569,25 @@ uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_
   find_normals(w, &rings[0]);
   double rest = hull_of(&rings[0], is_graph(w, &rings[0]));
   for (; rest > enough && depth < deepest; depth++) {
-    ring *own = &rings[depth % (DEPTH + 1)], *next = &rings[(depth + 1) % (DEPTH + 1)];
+    ring *own = &rings[depth % (TW_ERROR_DEPTH + 1)], *next = &rings[(depth + 1) % (TW_ERROR_DEPTH + 1)];
     step_ring(w, own, m->options->limit, next);
     bool graph = is_graph(w, next);
     steps[depth] = step_error(w, own, next);
     take_regular(w, next, m->options->limit, graph, known ? known + depth + 1 : NULL, regular + depth + 1,
                  TW_ERROR_RING_LEVELS - depth);
-    for (uint32_t i = depth < DEPTH ? 0 : depth + 1 - DEPTH; known && i <= depth; i++)
-      if (p->level + i <= m->level_max && out[i] > known[i] &&
-          !compare_middle(w, &rings[i % (DEPTH + 1)], next, depth + 1 - i, &closely[i]))
+    for (uint32_t i = depth < TW_ERROR_DEPTH ? 0 : depth + 1 - TW_ERROR_DEPTH; known && i <= depth; i++)
+      if (is_compared(m, p, i, known, out) &&
+          !compare_middle(w, &rings[i % (TW_ERROR_DEPTH + 1)], next, depth + 1 - i, &closely[i]))
         return 0;
     rest = hull_of(next, graph);
   }
   out[depth] = rest;
   for (uint32_t i = 1; i <= depth; i++) regular[i] = tw_greater(regular[i], regular[i - 1] / 4);
   for (uint32_t i = depth; i-- > 0;) {
-    bool is_close = known && p->level + i <= m->level_max && out[i] > known[i];
+    bool is_close = known && is_compared(m, p, i, known, out);
     out[i] = steps[i] + tw_greater(regular[i + 1], out[i + 1]);
     if (!is_close) continue;
-    uint32_t deeper = i + DEPTH < depth ? i + DEPTH : depth;
+    uint32_t deeper = i + TW_ERROR_DEPTH < depth ? i + TW_ERROR_DEPTH : depth;
     out[i] = lower_middle(&closely[i], tw_greater(regular[deeper], out[deeper]), out[i]);
   }
   for (uint32_t i = 0; i <= depth; i++) out[i] = tw_greater(out[i], regular[i]);

@@ -20,9 +20,9 @@
  * points of two rows around it (error_rings.c). After two steps no face has a second such point, so those
  * steps are made for a batch of faces at a time, and so are deeper ones that have no room at once.
  * 4. Where measured faces are far and their children have no room, limit points all over them are compared
- * with the triangle that each comes from (error_patch.c); so are regular faces around an irregular point,
- * where they make a ring farther than what is known, and those that coarser faces are compared with. Each of
- * these is a bound by itself, so the lesser one holds.
+ * with the triangle that each comes from (error_patch.c); likewise regular faces around an irregular point,
+ * where they make a ring farther than what is known, and regular descendants of faces that are summed up.
+ * Each of these is a bound by itself, so the lesser one holds.
  *
  * After the last step, what is left follows from the convex hull of the control points around a face, in
  * which all deeper levels and the limit lie, as masks have no negative weights.
@@ -32,7 +32,7 @@
  * is split into a part d along the face's normal and a slide s across it, and counts as |d| + tau |s|: seen
  * along the normal, the faces that the slide can reach are a graph whose slope is at most tau, so that
  * something lies that near under the point. This holds while slides are short beside the faces. The farthest
- * faces are looked at again, by the planes that a point slides over (error_sums.c). Where the
+ * faces are looked at again, by the planes that a point slides over (error_base.c). Where the
  * surface ends (borders, faces that are left out) nothing may slide, and the whole difference counts; as it
  * does where no normal serves, as at infinitely sharp edges that are folded much. */
 #include "surface_error.h"
@@ -312,7 +312,7 @@ static tw_status look_at_rings(rings_pass s, uint32_t count, double limit, const
   for (uint32_t some = FIRST; count > 0 && status == TW_OK; count -= some, s.rings += some, some *= 2) {
     some = some < count ? some : count;
     status = run_rings(&s, some);
-    for (uint32_t i = 0; i < some; i++)
+    for (uint32_t i = 0; i < some && status == TW_OK; i++) /* cancelled ones have no errors */
       for (uint32_t l = 0; s.rings[i].is_close && l < levels; l++)
         known[l] = tw_greater(known[l], error_of(&s.rings[i], l));
   }

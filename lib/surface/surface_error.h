@@ -9,6 +9,7 @@
 
 enum {
   TW_AROUND_MAX = 64,         /* faces at a vertex that are looked at one by one */
+  TW_ERROR_DEPTH = 3,         /* how many levels deeper a face is compared with what comes of it */
   TW_ERROR_FURTHER_LEVELS = 6 /* below the last one asked for, so that what is left is small beside it */
 };
 
@@ -248,7 +249,8 @@ uint32_t tw_error_wheel_valence(const tw_topology *t, uint32_t vertex);
  * the deeper ones. Returns how many of these were found; deeper levels are no farther than the last one.
  * enough: what is less is looked at no further. known: [TW_ERROR_RING_LEVELS + 1] distances from the same
  * level on: what is more is looked at closely, `out` having what was found without; NULL: nothing is. 0: the
- * vertex is regular, or not alone; faces have no second irregular one otherwise. out: [TW_ERROR_RING_LEVELS]
+ * vertex is regular, or not alone, or nothing is wanted any more; faces have no second irregular one
+ * otherwise. out: [TW_ERROR_RING_LEVELS]
  */
 enum { TW_ERROR_RING_LEVELS = TW_LEVEL_MAX + TW_ERROR_FURTHER_LEVELS + 1 };
 uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_t vertex, double enough,
@@ -261,7 +263,8 @@ typedef struct tw_error_gap {
   double normal[3]; /* the face's */
   double reach;     /* the longest way that a point may slide */
   double size;      /* the greatest difference so far */
-  double sums[4];   /* over a hull: the greatest with what its two maps add, each by either share */
+  double sums[4];   /* over a hull: the greatest with what a map adds, as the weight of each corner bounds it:
+                       of 1 and 3 the map onto the triangles at diagonal 0 2, of 0 and 2 the other */
 } tw_error_gap;
 
 /* Takes a point and its partner into account, by the whole difference or by its part along the normal and the
@@ -284,7 +287,7 @@ typedef struct tw_error_planes {
   double normals[4][TW_AROUND_MAX][3];
 } tw_error_planes;
 
-/* The hull of a quad's corners (error_sums.c): where its diagonals are near each other. */
+/* The hull of a quad's corners (error_base.c): where its diagonals are near each other. */
 typedef struct tw_error_hull {
   double shares[2]; /* of the way from corner 0 to 2, and from 1 to 3; neither 0 nor 1 */
   double width;     /* from one of these points to the other */
@@ -311,19 +314,21 @@ enum {
   TW_ERROR_IN_TRIANGLE = 1 << 4 /* one for each triangle of the face: of a quad 0 1 2, 0 2 3, 1 2 3, 0 1 3 */
 };
 
-/* The hull of a quad (error_sums.c). */
+/* The hull of a quad (error_base.c). */
 tw_error_hull tw_error_find_hull(const double *const corners[4]);
 
-/* Finds a face's least cosine, and the places of its own corners (error_sums.c). */
+/* Finds a face's least cosine, and the places of its own corners (error_base.c). */
 void tw_error_begin_base(tw_error_base *b, uint8_t places[4]);
 
-/* Takes a point of the finer surface into account (error_sums.c). */
+/* Takes a point of the finer surface into account (error_base.c). */
 void tw_error_take_point(const tw_error_base *b, tw_error_gap *g, uint8_t place, const double *point);
 
-/* The greatest difference: over a hull of what each map adds, by one share for all points. */
+/* The greatest difference. Over a hull: of each map the least of its bounds; of both maps the greater, as the
+ * quad may be cut either way. */
 static inline double tw_error_gap_size(const tw_error_base *b, const tw_error_gap *g) {
   if (!b->hull) return g->size;
-  return tw_greater(tw_lesser(g->sums[0], g->sums[2]), tw_lesser(g->sums[1], g->sums[3]));
+  double either = tw_greater(tw_lesser(g->sums[0], g->sums[2]), tw_lesser(g->sums[1], g->sums[3]));
+  return tw_lesser(either, g->size + b->hull->width);
 }
 
 /* The distance of a patch of the limit surface from the face that it lies over, by limit points all over it

@@ -342,10 +342,10 @@ TEST(pointers_to_single_weights_move_nodes) {
     assert_int_equal(track->width, 2);
     assert_int_equal(track->key_count, 3);
     for (uint32_t key = 0; key < 3; key++)
-      for (uint32_t k = 0; k < 2; k++)
-        assert_float_equal(track->values[2 * key + k],
-                           isnan(cases[i].others) || k == cases[i].moved ? bin.times[key] : cases[i].others,
-                           0);
+      for (uint32_t k = 0; k < 2; k++) {
+        bool has_keys = isnan(cases[i].others) || k == cases[i].moved;
+        assert_float_equal(track->values[2 * key + k], (has_keys ? bin.times[key] : cases[i].others), 0);
+      }
     assert_int_equal(glb_warning_count(model), 0);
     tw_model_destroy(model);
   }

@@ -144,7 +144,8 @@ public:
   }
 
   // Takes channels of to_weight: those of a node as one track of all of its weights. Where their times or
-  // interpolations differ no such track moves as they do, and they are not taken. animation: its pointer.
+  // interpolations differ no such track moves as they do, and they are not taken; nor where so many copies of
+  // the keys would be too many. animation: its pointer.
   void take_weights(Vector<WeightChannel> &channels, const std::string &animation) {
     std::map<uint32_t, std::vector<WeightChannel *>> by_node;
     for (WeightChannel &channel : channels) {
@@ -158,7 +159,10 @@ public:
       if (!has_followers_) find_followers();
       using Follower = std::pair<uint32_t, uint32_t>;
       auto from = std::lower_bound(followers_.begin(), followers_.end(), Follower(channel.part, 0));
-      for (; from != followers_.end() && from->first == channel.part; ++from) {
+      auto end = std::upper_bound(from, followers_.end(), Follower(channel.part, TW_NO_INDEX));
+      const tinygltf::AnimationSampler &keys = animation_->samplers[static_cast<size_t>(channel.sampler)];
+      if (!may_copy(keys, static_cast<uint64_t>(end - from))) continue;
+      for (; from != end; ++from) {
         document_.budget.take(64);
         work(1);
         if (own.count(from->second) == 0) by_node[from->second].push_back(&channel);
@@ -173,7 +177,7 @@ public:
       size_t lost = 0;
       for (WeightChannel *channel : of_node) {
         joined.weights.emplace_back(channel->weight, channel->sampler);
-        lost += channel != of_node.front() && channel->preserved;
+        lost += channel != of_node.front() && channel->preserved && !channel->is_taken;
         channel->is_taken = true;
       }
       document_.outline.lose(

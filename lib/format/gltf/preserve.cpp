@@ -370,9 +370,9 @@ private:
         place_ = text("/animations/", index, "/channels/", channel.index);
         document_.outline.lose(
             "channel of one morph weight moves nothing in poses: the channels of a node's weights "
-            "need the same times and interpolation",
+            "need one accessor of times, one interpolation, and each a target of its own",
             "channels of one morph weight each move nothing in poses: the channels of a node's "
-            "weights need the same times and interpolation");
+            "weights need one accessor of times, one interpolation, and each a target of its own");
         append(loose, loose_channel(parsed, channel.text, channel.preserved));
       }
       named.erase(-1);
