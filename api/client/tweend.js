@@ -197,7 +197,9 @@ export class Tweend {
         if (url.startsWith(`${this.base}v1/`)) assertDaemon(response, this.base);
         return checked(response);
       }
-      onWait?.(wait / 1000, await checked(response).catch((refusal) => refusal));
+      const refusal = await checked(response).catch((error) => error);
+      signal?.throwIfAborted();
+      onWait?.(wait / 1000, refusal);
       await pause(wait, signal);
       signal?.throwIfAborted();
     }

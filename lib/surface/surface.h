@@ -142,7 +142,7 @@ struct tw_surface {
   tw_numbering points, uv_points, vertices; /* `vertices` may share the arrays of `points` */
 
   /* The visible cage faces in the order of the groups, for level 0 and shallow levels. face_first is NULL
-   * with these where all faces are one group. Base corner cage_step * c is corner c of the cage. */
+   * at shallow levels where all faces are one group. Base corner cage_step * c is corner c of the cage. */
   uint32_t cage_step;
   uint32_t face_count;
   uint32_t *face_first;                                /* [face_count] first cage corner */

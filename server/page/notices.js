@@ -29,7 +29,7 @@ const NARROW = 760; // pixels: the panel stands below the stage, as style.css sa
 
 const isAbort = (error) => error?.name === 'AbortError';
 
-/** What the stage has at its bottom and in its middle stands above the notices, which may cover its bottom. */
+/** Lifts what stands at the stage's bottom and in its middle above the notices. */
 function makeRoom() {
   const [list, stage] = [byId('notices'), byId('stage')].map((element) => element.getBoundingClientRect());
   const covered = list.height > 0 && list.left < stage.right ? Math.max(0, stage.bottom - list.top) : 0;

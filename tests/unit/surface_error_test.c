@@ -1,6 +1,7 @@
 /* Bounds of the distance between the triangles of each level and the limit surface.
  * tests/oracle/error_test.cpp compares them with OpenSubdiv's. */
 #include <math.h>
+#include <stdatomic.h>
 
 #include "cube.h"
 #include "test.h"
@@ -161,14 +162,9 @@ TEST(noisy_scans_with_holes_need_no_room_for_all_levels_at_once) {
 
 /* A torus of triangles, cut either way, with noise of a third of an edge on its points: irregular throughout.
  */
-TEST(noisy_scans_are_told_as_closely_without_room_as_with_it) {
-  enum { LONGEST = 40, ROUND = 14 };
-  const uint32_t length = is_sanitized() ? LONGEST / 4 : LONGEST;
-  const tw_error_wish roomy = {.level_max = LEVELS - 1, .enough = 1e-4, .faces_max = 1 << 24},
-                      tight = {.level_max = LEVELS - 1, .enough = 1e-4, .faces_max = 1 << 14};
-  const tw_surface_options options = {0};
-  double errors[2][LEVELS];
-  cage *c = new_cage_for(LONGEST * ROUND, 2 * LONGEST * ROUND);
+static cage *noisy_torus(uint32_t length) {
+  enum { ROUND = 14 };
+  cage *c = new_cage_for(length * ROUND, 2 * length * ROUND);
   for (uint32_t i = 0; i < length * ROUND; i++) {
     float along = 6.2831853F / (float)length * (float)(i / ROUND),
           round = 6.2831853F / ROUND * (float)(i % ROUND), width = 1 + 0.15F * noise(i),
@@ -181,11 +177,47 @@ TEST(noisy_scans_are_told_as_closely_without_room_as_with_it) {
     const uint32_t turned[4] = {quad[1], quad[2], quad[3], quad[0]};
     add_quad(c, noise(11 * i) > 0 ? turned : quad, true);
   }
+  return c;
+}
+
+TEST(noisy_scans_are_told_as_closely_without_room_as_with_it) {
+  const tw_error_wish roomy = {.level_max = LEVELS - 1, .enough = 1e-4, .faces_max = 1 << 24},
+                      tight = {.level_max = LEVELS - 1, .enough = 1e-4, .faces_max = 1 << 14};
+  const tw_surface_options options = {0};
+  double errors[2][LEVELS];
+  cage *c = noisy_torus(is_sanitized() ? 10 : 40);
   assert_int_equal(tw_surface_errors(&c->mesh, &options, &roomy, NULL, errors[0], NULL), TW_OK);
   assert_int_equal(tw_surface_errors(&c->mesh, &options, &tight, NULL, errors[1], NULL), TW_OK);
   for (int level = 0; level <= 4; level++)
     if (!(errors[1][level] < 1.4 * errors[0][level]))
       fail_msg("level %d: %g, %g with room", level, errors[1][level], errors[0][level]);
+  free(c);
+}
+
+static bool is_over(void *owner) {
+  int *left = owner;
+  return (*left)-- <= 0;
+}
+
+/* Wherever the work is called off, it ends, and what was not found is not read. */
+TEST(errors_end_when_they_are_no_longer_wanted) {
+  const tw_error_wish wish = {.level_max = 2, .enough = 1e-4, .faces_max = 1024};
+  cage *c = noisy_torus(5);
+  for (int limit = 0; limit < 2; limit++) {
+    const tw_surface_options options = {.limit = limit};
+    tw_status status = TW_CANCELLED;
+    for (int asked = 0; status != TW_OK; asked += 1 + asked / 16) {
+      double errors[LEVELS];
+      int left = asked;
+      tw_meter meter;
+      tw_meter_init(&meter, &(tw_meter_host){.owner = &left, .is_over = is_over}, UINT64_MAX);
+      tw_meter *before = tw_meter_use(&meter);
+      status = tw_surface_errors(&c->mesh, &options, &wish, NULL, errors, NULL);
+      tw_meter_use(before);
+      assert_true(asked > 0 || status != TW_OK);
+      assert_true(status == TW_OK || atomic_load(&meter.is_over));
+    }
+  }
   free(c);
 }
 
