@@ -188,7 +188,7 @@ TEST(steps_that_come_late_are_told) {
                               value_keys(TW_TRANSLATION, TW_STEP, times, values[0], 8)};
     assert_told(&tracks[n % 2], at, count);
   }
-  /* Keys at the times of the jumps make them in time. */
+  /* With a key at the time of each jump, none comes late. */
   tw_track_keys track = value_keys(TW_SCALE, TW_STEP, times_0_1_3, plain_rotations, 3);
   assert_told(&track, times_0_1_3, 3);
 }

@@ -80,15 +80,9 @@ public:
 
   // The mesh whose weights a channel moves by a pointer, if its sampler is there.
   std::optional<uint32_t> to_mesh(const char *channel) const {
-    const char *extension = tw_json_member(tw_json_member(tw_json_member(channel, "target"), "extensions"),
-                                           "KHR_animation_pointer");
-    const char *pointer = tw_json_member(extension, "pointer");
-    int sampler = index_of(tw_json_member(channel, "sampler"));
-    if (is_track(channel) || !pointer || *pointer != '"' || sampler < 0 ||
-        static_cast<size_t>(sampler) >= animation_->samplers.size())
-      return {};
-    std::string meant = unescape(string_of(pointer));
-    std::optional<PartPointer> to_mesh = read_pointer(meant, "/meshes/", document_.source.meshes.size());
+    std::optional<std::string> meant = pointer_of(channel);
+    if (!meant) return {};
+    std::optional<PartPointer> to_mesh = read_pointer(*meant, "/meshes/", document_.source.meshes.size());
     if (!to_mesh || to_mesh->index == TW_NO_INDEX || to_mesh->member != "weights") return {};
     return to_mesh->index;
   }
@@ -96,20 +90,15 @@ public:
   // The weight that a channel moves by a pointer, if its sampler is there: with the channel's index, text and
   // what is preserved of it for the caller to fill in.
   std::optional<WeightChannel> to_weight(const char *channel) const {
-    const char *extension = tw_json_member(tw_json_member(tw_json_member(channel, "target"), "extensions"),
-                                           "KHR_animation_pointer");
-    const char *pointer = tw_json_member(extension, "pointer");
-    int sampler = index_of(tw_json_member(channel, "sampler"));
-    if (is_track(channel) || !pointer || *pointer != '"' || sampler < 0 ||
-        static_cast<size_t>(sampler) >= animation_->samplers.size())
-      return {};
-    std::string meant = unescape(string_of(pointer));
-    std::optional<PartPointer> part = read_node_pointer(meant);
+    std::optional<std::string> meant = pointer_of(channel);
+    if (!meant) return {};
+    std::optional<PartPointer> part = read_node_pointer(*meant);
     bool of_mesh = !part;
-    if (of_mesh) part = read_pointer(meant, "/meshes/", document_.source.meshes.size());
+    if (of_mesh) part = read_pointer(*meant, "/meshes/", document_.source.meshes.size());
     if (!part || part->index == TW_NO_INDEX) return {};
     std::optional<PartPointer> weight = read_pointer(part->member, "weights/", TW_NO_INDEX);
     if (!weight || weight->index == TW_NO_INDEX || !weight->member.empty()) return {};
+    int sampler = index_of(tw_json_member(channel, "sampler"));
     return WeightChannel{of_mesh, part->index, weight->index, sampler, 0, channel, nullptr, false};
   }
 
@@ -199,6 +188,18 @@ public:
   }
 
 private:
+  // The pointer of a channel that tinygltf sees no track in, if its sampler is there.
+  std::optional<std::string> pointer_of(const char *channel) const {
+    const char *extension = tw_json_member(tw_json_member(tw_json_member(channel, "target"), "extensions"),
+                                           "KHR_animation_pointer");
+    const char *pointer = tw_json_member(extension, "pointer");
+    int sampler = index_of(tw_json_member(channel, "sampler"));
+    if (is_track(channel) || !pointer || *pointer != '"' || sampler < 0 ||
+        static_cast<size_t>(sampler) >= animation_->samplers.size())
+      return {};
+    return unescape(string_of(pointer));
+  }
+
   // "/nodes/3/rotation": node 3, and "rotation" of it.
   struct PartPointer {
     uint32_t index; // TW_NO_INDEX where there is no such part
