@@ -5,7 +5,7 @@
 /* ---- what is a feature ---------------------------------------------------------------------- */
 
 bool tw_is_exceptional_edge(const tw_topology *t, uint32_t e) {
-  return t->edge_flags[e] || t->edge_sharpness[e] > 0;
+  return (t->edge_flags[e] != 0) | (t->edge_sharpness[e] > 0);
 }
 
 /* Whether the faces at a point have different tangent frames. */
@@ -19,13 +19,13 @@ static bool has_several_frames(const tw_feature_mesh *s, uint32_t point) {
 }
 
 /* Marks the vertices of a field that the loops get wrong. */
-static void mark_exceptional(const tw_topology *t, uint8_t *exceptional) {
-  for (uint32_t v = 0; v < t->vertex_count; v++)
-    exceptional[v] = t->fan_offsets[v + 1] - t->fan_offsets[v] < 3 ||
-                     (!t->smooth && (t->vertex_flags[v] || t->vertex_sharpness[v] > 0));
-  for (uint32_t e = 0; !t->smooth && e < t->edge_count; e++)
-    if (t->edge_sharpness[e] > 0)
-      exceptional[t->edge_vertices[e][0]] = exceptional[t->edge_vertices[e][1]] = 1;
+static void mark_exceptional(const tw_topology *topology, uint8_t *exceptional) {
+  const tw_topology t = *topology; /* of its own, so that writing marks does not seem to change it */
+  for (uint32_t v = 0; v < t.vertex_count; v++)
+    exceptional[v] = (t.fan_offsets[v + 1] - t.fan_offsets[v] < 3) |
+                     (!t.smooth && (t.vertex_flags[v] | (t.vertex_sharpness[v] > 0)));
+  for (uint32_t e = 0; !t.smooth && e < t.edge_count; e++)
+    if (t.edge_sharpness[e] > 0) exceptional[t.edge_vertices[e][0]] = exceptional[t.edge_vertices[e][1]] = 1;
 }
 
 tw_status tw_feature_mesh_mark(const tw_exceptions *l, tw_feature_mesh *s, const uint8_t *candidates) {
@@ -54,9 +54,10 @@ uint64_t tw_exceptions_size(const tw_exceptions *l, const tw_feature_mesh *cage)
   uint64_t faces = 0, edges = 0;
   for (uint32_t v = 0; v < points->vertex_count; v++)
     if (cage->is_feature[v]) faces += points->fan_offsets[v + 1] - points->fan_offsets[v];
-  for (uint32_t f = 0; f < l->inputs->field_count; f++)
-    for (uint32_t e = 0; !cage->fields[f].smooth && e < cage->fields[f].edge_count; e++)
-      edges += tw_is_exceptional_edge(&cage->fields[f], e);
+  for (uint32_t f = 0; f < l->inputs->field_count; f++) {
+    const tw_topology *t = &cage->fields[f];
+    for (uint32_t e = 0; !t->smooth && e < t->edge_count; e++) edges += tw_is_exceptional_edge(t, e);
+  }
   return FACE * (faces + 4 * edges * ((1u << l->inputs->level) - 1));
 }
 

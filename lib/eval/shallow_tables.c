@@ -65,13 +65,14 @@ void tw_shallow_cage_faces(const tw_shallow *levels, uint32_t first, uint32_t co
   for (uint32_t i = 0; i < count; i++) out[i] = vertex_cage_face(levels, first + i);
 }
 
-INLINE void faces_by_size(const tw_shallow_level *l, uint32_t size, uint32_t first, uint32_t end,
+INLINE void faces_by_size(const tw_shallow_level *level, uint32_t size, uint32_t first, uint32_t end,
                           uint32_t *out) {
+  const tw_shallow_level l = *level; /* of its own, so that writing to out does not seem to change it */
   for (uint32_t c = first; c < end; c++, out += 4) {
-    out[0] = l->corner_vertex[c];
-    out[1] = l->vertex_count + l->corner_half[c] / 2;
-    out[2] = l->vertex_count + l->edge_count + tw_shallow_corner_face(l, size, c);
-    out[3] = l->vertex_count + l->corner_half[tw_shallow_corner_previous(l, size, c)] / 2;
+    out[0] = l.corner_vertex[c];
+    out[1] = l.vertex_count + l.corner_half[c] / 2;
+    out[2] = l.vertex_count + l.edge_count + tw_shallow_corner_face(&l, size, c);
+    out[3] = l.vertex_count + l.corner_half[tw_shallow_corner_previous(&l, size, c)] / 2;
   }
 }
 
@@ -112,11 +113,12 @@ typedef struct table_job {
 
 static void fill_cage_corners(void *context, uint32_t part, uint32_t begin, uint32_t end) {
   const table_job *j = context;
-  const tw_topology *t = j->cage;
+  const tw_topology t = *j->cage;
+  uint32_t *out = j->corner_half;
   (void)part;
   for (uint32_t c = begin; c < end; c++) {
-    uint32_t edge = t->corner_edge[c];
-    j->corner_half[c] = 2 * edge + (t->edge_vertices[edge][0] != t->corner_vertex[c]);
+    uint32_t edge = t.corner_edge[c];
+    out[c] = 2 * edge + (t.edge_vertices[edge][0] != t.corner_vertex[c]);
   }
 }
 

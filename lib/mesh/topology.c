@@ -1,12 +1,15 @@
-/* Builds half-edges from polygons: edges are matched in buckets by their lower vertex, in linear time where
+/* Builds half-edges from polygons: edges are matched among those of their lower vertex, in linear time where
  * vertices have few edges. */
 #include "topology.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "sorted.h"
 #include "union_find.h"
+
+/* ---- corners by vertex ----------------------------------------------------------------------- */
 
 /* Turns counts into run starts, in place. offsets: [count + 1], the last one 0 before; afterwards
  * offsets[count] is the total. */
@@ -19,78 +22,19 @@ static void counts_to_offsets(uint32_t *offsets, uint32_t count) {
   }
 }
 
-static void join_edge(tw_topology *t, uint32_t edge, uint32_t corner, uint32_t from) {
-  uint32_t first = t->edge_corner[edge];
-  bool already_paired = t->sibling[first] != first;
-  bool same_direction = t->corner_vertex[first] == from;
-  if (already_paired || same_direction) t->edge_flags[edge] |= TW_EDGE_NONMANIFOLD;
-  t->edge_flags[edge] &= (uint8_t)~TW_EDGE_BORDER;
-  t->sibling[corner] = t->sibling[first];
-  t->sibling[first] = corner;
-}
-
-static void start_edge(tw_topology *t, uint32_t corner) {
-  uint32_t edge = t->edge_count++;
-  t->edge_corner[edge] = corner;
-  t->edge_flags[edge] = TW_EDGE_BORDER;
-  t->sibling[corner] = corner;
-}
-
-static uint32_t following_vertex(const tw_topology *t, uint32_t begin, uint32_t end, uint32_t corner) {
-  return t->corner_vertex[corner + 1 == end ? begin : corner + 1];
-}
-
-/* A corner not yet matched to an edge, filed under the lower of its half-edge's two vertices. The low 32 bits
- * hold the corner; the high 32 bits hold the key of its edge within the bucket: the upper vertex, or the
- * known edge. */
-typedef uint64_t half_edge;
-
-static uint32_t key_of(half_edge half) {
-  return (uint32_t)(half >> 32);
-}
-
-/* Files every corner under its half-edge's lower vertex. known_edges: as in tw_topology_build_parted, or
- * NULL. buckets: [vertex_count + 1], zeros before; afterwards the starts of the runs in `halves`. */
-static void file_half_edges(const tw_topology *t, const uint32_t *known_edges, uint32_t *buckets,
-                            half_edge *halves) {
-  for (int pass = 0; pass < 2; pass++) {
-    for (uint32_t face = 0; face < t->face_count; face++) {
-      uint32_t begin = tw_face_begin(t, face), end = begin + tw_face_size(t, face);
-      for (uint32_t corner = begin; corner < end; corner++) {
-        uint32_t a = t->corner_vertex[corner], b = following_vertex(t, begin, end, corner);
-        uint32_t lower = a < b ? a : b, upper = a < b ? b : a;
-        if (pass == 0)
-          buckets[lower + 1]++;
-        else
-          halves[buckets[lower]++] = (uint64_t)(known_edges ? known_edges[corner] : upper) << 32 | corner;
-      }
-    }
-    if (pass == 0)
-      for (uint32_t v = 0; v < t->vertex_count; v++) buckets[v + 1] += buckets[v];
-  }
-  for (uint32_t v = t->vertex_count; v > 0; v--) buckets[v] = buckets[v - 1];
-  buckets[0] = 0;
-}
-
-/* By key, then corner. */
-static int compare_half_edges(const void *left, const void *right) {
-  half_edge a = *(const half_edge *)left, b = *(const half_edge *)right;
-  return a < b ? -1 : a > b;
-}
-
-/* Joins the half-edges of one bucket that have the same key: the same upper vertex or known edge. A face that
- * runs along an edge twice gets two edges there, as in OpenSubdiv. Unless edges are known, they come out
- * sorted by their lower and then their upper vertex, which tw_topology_find_edge relies on. */
-static void join_bucket(tw_topology *t, half_edge *halves, uint32_t count) {
-  tw_small_sort(halves, count, sizeof *halves, compare_half_edges);
-  for (uint32_t i = 0; i < count; i++) {
-    uint32_t corner = (uint32_t)halves[i];
-    bool same_edge = i > 0 && key_of(halves[i - 1]) == key_of(halves[i]);
-    if (same_edge && tw_corner_face(t, (uint32_t)halves[i - 1]) != tw_corner_face(t, corner))
-      join_edge(t, t->edge_count - 1, corner, t->corner_vertex[corner]);
-    else
-      start_edge(t, corner);
-  }
+/* Sorts the corners by their vertices. fan_offsets: zeros before. Returns the most corners of a vertex. */
+static uint32_t file_corners(tw_topology *t) {
+  uint32_t *offsets = t->fan_offsets, *corners = t->fan_corners, most = 0;
+  const uint32_t *vertices = t->corner_vertex, count = t->corner_count;
+  for (uint32_t c = 0; c < count; c++) offsets[vertices[c]]++;
+  for (uint32_t v = 0; v < t->vertex_count; v++) most = offsets[v] > most ? offsets[v] : most;
+  /* Counting sort: while the starts serve as cursors they move to the next run's start, so that afterwards
+   * they are shifted by one place. */
+  counts_to_offsets(offsets, t->vertex_count);
+  for (uint32_t c = 0; c < count; c++) corners[offsets[vertices[c]]++] = c;
+  memmove(offsets + 1, offsets, t->vertex_count * sizeof(uint32_t));
+  offsets[0] = 0;
+  return most;
 }
 
 /* Fills corner_face where faces differ in size. False without memory. */
@@ -103,134 +47,198 @@ static bool map_corners(tw_topology *t, tw_arena *arena) {
   return true;
 }
 
-/* Puts the corners and edges of one vertex in counter-clockwise order. False, with the lists as before, when
- * its faces do not form one fan or a face has the vertex twice. */
-static bool order_fan(tw_topology *t, uint32_t vertex) {
-  uint32_t *corners = t->fan_corners + t->fan_offsets[vertex];
-  uint32_t *edges = t->ring_edges + t->ring_offsets[vertex];
-  uint32_t corner_count = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex];
-  uint32_t edge_count = t->ring_offsets[vertex + 1] - t->ring_offsets[vertex];
-  if (corner_count == 0 || edge_count - corner_count > 1) return false;
-  for (uint32_t i = 1; i < corner_count; i++) /* still in the order of their faces */
-    if (tw_corner_face(t, corners[i]) == tw_corner_face(t, corners[i - 1])) return false;
-  uint32_t start = corners[0];
-  bool border = false;
-  for (uint32_t i = 0; i < edge_count; i++) {
-    uint8_t flags = t->edge_flags[edges[i]];
-    if (flags & TW_EDGE_NONMANIFOLD) return false;
-    if (flags & TW_EDGE_BORDER) {
-      border = true;
-      uint32_t corner = t->edge_corner[edges[i]];
-      if (t->corner_vertex[corner] == vertex) start = corner;
-    }
-  }
-  if (border != (edge_count == corner_count + 1)) return false;
-  /* First walks without writing, so that a vertex that fails keeps its lists whole. */
-  uint32_t corner = start;
-  for (uint32_t steps = 1;; steps++) {
-    uint32_t back = tw_corner_previous(t, corner);
-    uint32_t next = t->sibling[back];
-    if (next == back || next == start) {
-      if (steps != corner_count) return false;
-      break;
-    }
-    if (steps >= corner_count) return false;
-    corner = next;
-  }
-  corner = start;
+/* ---- edges ----------------------------------------------------------------------------------- */
+
+/* A corner not yet matched to an edge. The low 32 bits hold the corner; the high 32 bits hold the key of its
+ * edge among those of a vertex: the other vertex, or the known edge. */
+typedef uint64_t half_edge;
+
+static uint32_t key_of(half_edge half) {
+  return (uint32_t)(half >> 32);
+}
+
+/* By key, then corner. */
+static int compare_half_edges(const void *left, const void *right) {
+  half_edge a = *(const half_edge *)left, b = *(const half_edge *)right;
+  return a < b ? -1 : a > b;
+}
+
+/* Lists the half-edges of which a vertex is the lower end, sorted. known_edges: as in
+ * tw_topology_build_parted, or NULL. halves: has room for one more than two for each of the vertex's corners.
+ */
+static uint32_t list_half_edges(const tw_topology *t, const uint32_t *known_edges, uint32_t vertex,
+                                half_edge *halves) {
+  const uint32_t *corners = t->fan_corners + t->fan_offsets[vertex];
+  uint32_t corner_count = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex], count = 0;
   for (uint32_t i = 0; i < corner_count; i++) {
-    uint32_t back = tw_corner_previous(t, corner);
-    corners[i] = corner;
-    edges[i] = t->corner_edge[corner];
-    if (border && i + 1 == corner_count) edges[i + 1] = t->corner_edge[back];
-    corner = t->sibling[back];
+    uint32_t corner = corners[i], back = tw_corner_previous(t, corner);
+    uint32_t to = t->corner_vertex[tw_corner_next(t, corner)], from = t->corner_vertex[back];
+    /* Which end is lower follows no pattern: without branches, nothing is mispredicted. */
+    halves[count] = (uint64_t)(known_edges ? known_edges[corner] : to) << 32 | corner;
+    count += to > vertex;
+    halves[count] = (uint64_t)(known_edges ? known_edges[back] : from) << 32 | back;
+    count += from > vertex;
   }
-  return true;
+  tw_small_sort(halves, count, sizeof *halves, compare_half_edges);
+  return count;
 }
 
-tw_status tw_topology_allocate_fans(tw_topology *topology, tw_arena *arena) {
-  tw_topology *t = topology;
-  t->fan_offsets = tw_arena_alloc(arena, (size_t)t->vertex_count + 2, sizeof(uint32_t));
-  t->ring_offsets = tw_arena_alloc(arena, (size_t)t->vertex_count + 2, sizeof(uint32_t));
-  t->fan_corners = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t));
-  t->ring_edges = tw_arena_alloc_raw(arena, t->edge_count, 2 * sizeof(uint32_t));
-  t->vertex_flags = tw_arena_alloc(arena, t->vertex_count, 1);
-  bool complete = t->fan_offsets && t->ring_offsets && t->fan_corners && t->ring_edges && t->vertex_flags;
-  return complete ? TW_OK : TW_NO_MEMORY;
+static void join_edge(tw_topology *t, uint32_t edge, uint32_t corner) {
+  uint32_t first = t->edge_corner[edge];
+  bool already_paired = t->sibling[first] != first;
+  bool same_direction = t->corner_vertex[first] == t->corner_vertex[corner];
+  uint8_t flags = (uint8_t)(t->edge_flags[edge] & ~TW_EDGE_BORDER);
+  t->edge_flags[edge] = already_paired || same_direction ? flags | TW_EDGE_NONMANIFOLD : flags;
+  t->sibling[corner] = t->sibling[first];
+  t->sibling[first] = corner;
 }
 
-/* Sorts the corners by their vertices. fan_offsets: zeros before. */
-static void file_corners(tw_topology *t) {
-  /* Counting sort: while the starts serve as cursors they move to the next run's start, so that afterwards
-   * they are shifted by one place. */
-  for (uint32_t c = 0; c < t->corner_count; c++) t->fan_offsets[t->corner_vertex[c]]++;
-  counts_to_offsets(t->fan_offsets, t->vertex_count);
-  for (uint32_t c = 0; c < t->corner_count; c++) t->fan_corners[t->fan_offsets[t->corner_vertex[c]]++] = c;
-  memmove(t->fan_offsets + 1, t->fan_offsets, t->vertex_count * sizeof(uint32_t));
-  t->fan_offsets[0] = 0;
-}
-
-/* Fills the rings, orders the fans and sets the vertex flags, from the finished edges and the corners that
- * file_corners sorted. */
-static void link_fans(tw_topology *t) {
-  for (uint32_t e = 0; e < t->edge_count; e++)
-    for (int end = 0; end < 2; end++) t->ring_offsets[t->edge_vertices[e][end]]++;
-  counts_to_offsets(t->ring_offsets, t->vertex_count);
-  for (uint32_t e = 0; e < t->edge_count; e++)
-    for (int end = 0; end < 2; end++) t->ring_edges[t->ring_offsets[t->edge_vertices[e][end]]++] = e;
-  memmove(t->ring_offsets + 1, t->ring_offsets, t->vertex_count * sizeof(uint32_t));
-  t->ring_offsets[0] = 0;
-
-  for (uint32_t v = 0; v < t->vertex_count; v++) {
-    if (!order_fan(t, v)) t->vertex_flags[v] |= TW_VERTEX_NONMANIFOLD;
-    for (uint32_t i = t->ring_offsets[v]; i < t->ring_offsets[v + 1]; i++)
-      if (t->edge_flags[t->ring_edges[i]] & TW_EDGE_BORDER) t->vertex_flags[v] |= TW_VERTEX_BORDER;
+/* Joins the half-edges of one vertex that have the same key. A face that runs along an edge twice gets two
+ * edges there, as in OpenSubdiv. Unless edges are known, they come out sorted by their lower and then their
+ * upper vertex, which tw_topology_find_edge relies on. Returns how many edges there are then. */
+static uint32_t join_half_edges(tw_topology *t, const half_edge *halves, uint32_t count,
+                                uint32_t edge_count) {
+  for (uint32_t i = 0; i < count; i++) {
+    uint32_t corner = (uint32_t)halves[i];
+    bool same_edge = i > 0 && key_of(halves[i - 1]) == key_of(halves[i]);
+    if (same_edge && tw_corner_face(t, (uint32_t)halves[i - 1]) != tw_corner_face(t, corner)) {
+      join_edge(t, edge_count - 1, corner);
+    } else {
+      t->edge_corner[edge_count] = corner;
+      t->edge_flags[edge_count++] = TW_EDGE_BORDER;
+      t->sibling[corner] = corner;
+    }
+    if (t->corner_edge) t->corner_edge[corner] = edge_count - 1;
   }
+  return edge_count;
 }
 
-/* Makes edges and siblings. known_edges: as in tw_topology_build_parted, or NULL. */
-static tw_status pair(tw_topology *t, const uint32_t *known_edges, tw_arena *arena) {
-  t->sibling = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t));
+/* Makes edges and siblings of corners by vertex, and corner_edge where it is allocated. halves: as of
+ * list_half_edges. */
+static tw_status pair(tw_topology *topology, const uint32_t *known_edges, half_edge *halves,
+                      tw_arena *arena) {
+  tw_topology t = *topology; /* of its own, so that writing to its arrays does not seem to change it */
+  t.sibling = tw_arena_alloc_raw(arena, t.corner_count, sizeof(uint32_t));
   /* There is at most one edge for each corner. The unused tails cost address space only. */
-  t->edge_corner = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t));
-  t->edge_flags = tw_arena_alloc_raw(arena, t->corner_count, 1);
-  uint32_t *buckets = tw_alloc_zero((size_t)t->vertex_count + 1, sizeof *buckets);
-  half_edge *halves = tw_alloc(t->corner_count, sizeof *halves);
-  bool has_room = map_corners(t, arena) && t->sibling && t->edge_corner && t->edge_flags && buckets && halves;
-  if (has_room) {
-    file_half_edges(t, known_edges, buckets, halves);
-    for (uint32_t v = 0; v < t->vertex_count; v++)
-      join_bucket(t, halves + buckets[v], buckets[v + 1] - buckets[v]);
-  }
-  tw_free(buckets);
-  tw_free(halves);
-  return has_room ? TW_OK : TW_NO_MEMORY;
-}
-
-/* Fills corner_edge and edge_vertices. */
-static tw_status name_edges(tw_topology *t, tw_arena *arena) {
-  t->corner_edge = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t));
-  t->edge_vertices = tw_arena_alloc_raw(arena, t->edge_count, sizeof *t->edge_vertices);
-  if (!t->corner_edge || !t->edge_vertices) return TW_NO_MEMORY;
-  for (uint32_t e = 0; e < t->edge_count; e++) {
-    uint32_t first = t->edge_corner[e], corner = first;
-    t->edge_vertices[e][0] = tw_edge_start(t, e);
-    t->edge_vertices[e][1] = tw_edge_stop(t, e);
-    do {
-      t->corner_edge[corner] = e;
-      corner = t->sibling[corner];
-    } while (corner != first);
-  }
+  t.edge_corner = tw_arena_alloc_raw(arena, t.corner_count, sizeof(uint32_t));
+  t.edge_flags = tw_arena_alloc_raw(arena, t.corner_count, 1);
+  if (!t.sibling || !t.edge_corner || !t.edge_flags) return TW_NO_MEMORY;
+  uint32_t edge_count = 0;
+  for (uint32_t v = 0; v < t.vertex_count; v++)
+    edge_count = join_half_edges(&t, halves, list_half_edges(&t, known_edges, v, halves), edge_count);
+  t.edge_count = edge_count;
+  *topology = t;
   return TW_OK;
 }
 
-static tw_status link(tw_topology *t, const uint32_t *known_edges, tw_arena *arena) {
-  tw_status status = pair(t, known_edges, arena);
-  if (status == TW_OK) status = name_edges(t, arena);
-  if (status == TW_OK) status = tw_topology_allocate_fans(t, arena);
+/* Fills edge_vertices, counts the edges of each vertex in ring_offsets, and gives it the flags of its edges,
+ * which mean the same of vertices. */
+static void name_edges(tw_topology *topology) {
+  static_assert((int)TW_VERTEX_BORDER == (int)TW_EDGE_BORDER, "flags of both");
+  static_assert((int)TW_VERTEX_NONMANIFOLD == (int)TW_EDGE_NONMANIFOLD, "flags of both");
+  const tw_topology t = *topology;
+  for (uint32_t e = 0; e < t.edge_count; e++) {
+    uint32_t start = tw_edge_start(&t, e), stop = tw_edge_stop(&t, e);
+    uint8_t flags = t.edge_flags[e];
+    t.edge_vertices[e][0] = start;
+    t.edge_vertices[e][1] = stop;
+    t.ring_offsets[start]++;
+    t.ring_offsets[stop]++;
+    t.vertex_flags[start] |= flags;
+    t.vertex_flags[stop] |= flags;
+  }
+}
+
+/* ---- fans ------------------------------------------------------------------------------------ */
+
+static bool allocate_corners(tw_topology *t, tw_arena *arena) {
+  t->fan_offsets = tw_arena_alloc(arena, (size_t)t->vertex_count + 2, sizeof(uint32_t));
+  t->fan_corners = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t));
+  return t->fan_offsets && t->fan_corners;
+}
+
+static bool allocate_rings(tw_topology *t, tw_arena *arena) {
+  t->ring_offsets = tw_arena_alloc(arena, (size_t)t->vertex_count + 2, sizeof(uint32_t));
+  t->ring_edges = tw_arena_alloc_raw(arena, t->edge_count, 2 * sizeof(uint32_t));
+  t->vertex_flags = tw_arena_alloc(arena, t->vertex_count, 1);
+  return t->ring_offsets && t->ring_edges && t->vertex_flags;
+}
+
+tw_status tw_topology_allocate_fans(tw_topology *topology, tw_arena *arena) {
+  bool complete = allocate_corners(topology, arena) && allocate_rings(topology, arena);
+  return complete ? TW_OK : TW_NO_MEMORY;
+}
+
+/* Walks round a vertex, counter-clockwise. Returns false when its faces do not form one fan or a face has the
+ * vertex twice. Its flags are those of its edges. walked: [corners] receives them. */
+static bool walk_fan(const tw_topology *t, uint32_t vertex, uint32_t *walked) {
+  const uint32_t *corners = t->fan_corners + t->fan_offsets[vertex];
+  uint32_t corner_count = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex];
+  uint32_t edge_count = t->ring_offsets[vertex + 1] - t->ring_offsets[vertex];
+  bool border = t->vertex_flags[vertex] & TW_VERTEX_BORDER;
+  if (corner_count == 0 || edge_count != corner_count + border ||
+      t->vertex_flags[vertex] & TW_VERTEX_NONMANIFOLD)
+    return false;
+  for (uint32_t i = 1; i < corner_count; i++) /* in the order of their faces */
+    if (tw_corner_face(t, corners[i]) == tw_corner_face(t, corners[i - 1])) return false;
+  uint32_t start = corners[0];
+  for (uint32_t i = 0; border && i < corner_count; i++)
+    if (t->sibling[corners[i]] == corners[i]) start = corners[i];
+  uint32_t corner = start, steps = 0;
+  for (;;) {
+    walked[steps++] = corner;
+    uint32_t back = tw_corner_previous(t, corner), next = t->sibling[back];
+    if (next == back || next == start) return steps == corner_count;
+    if (steps == corner_count) return false;
+    corner = next;
+  }
+}
+
+/* Lists the edges of a vertex that is no fan, ascending. edges: two for each of its corners, scratch. */
+static void list_edges(const tw_topology *t, uint32_t vertex, uint32_t *edges) {
+  uint32_t *ring = t->ring_edges + t->ring_offsets[vertex], count = 0;
+  for (uint32_t i = t->fan_offsets[vertex]; i < t->fan_offsets[vertex + 1]; i++) {
+    edges[count++] = t->corner_edge[t->fan_corners[i]];
+    edges[count++] = t->corner_edge[tw_corner_previous(t, t->fan_corners[i])];
+  }
+  tw_small_sort(edges, count, sizeof *edges, tw_compare_uint32);
+  for (uint32_t i = 0; i < count; i++)
+    if (i == 0 || edges[i] != edges[i - 1]) *ring++ = edges[i];
+}
+
+/* Orders the fans, fills the rings and completes the vertex flags. ring_offsets: how many edges each vertex
+ * has, before. scratch: two for each corner of any vertex. */
+static void link_fans(tw_topology *topology, uint32_t *scratch) {
+  const tw_topology t = *topology;
+  counts_to_offsets(t.ring_offsets, t.vertex_count);
+  for (uint32_t v = 0; v < t.vertex_count; v++) {
+    if (!walk_fan(&t, v, scratch)) {
+      t.vertex_flags[v] |= TW_VERTEX_NONMANIFOLD;
+      list_edges(&t, v, scratch);
+      continue;
+    }
+    uint32_t *corners = t.fan_corners + t.fan_offsets[v], *edges = t.ring_edges + t.ring_offsets[v];
+    uint32_t count = t.fan_offsets[v + 1] - t.fan_offsets[v];
+    for (uint32_t i = 0; i < count; i++) {
+      corners[i] = scratch[i];
+      edges[i] = t.corner_edge[scratch[i]];
+    }
+    if (t.vertex_flags[v] & TW_VERTEX_BORDER)
+      edges[count] = t.corner_edge[tw_corner_previous(&t, scratch[count - 1])];
+  }
+}
+
+/* ---- building -------------------------------------------------------------------------------- */
+
+/* Makes edges and fans of corners by vertex. halves: as of pair. */
+static tw_status link(tw_topology *t, const uint32_t *known_edges, half_edge *halves, tw_arena *arena) {
+  t->corner_edge = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t));
+  tw_status status = t->corner_edge ? pair(t, known_edges, halves, arena) : TW_NO_MEMORY;
   if (status != TW_OK) return status;
-  file_corners(t);
-  link_fans(t);
+  t->edge_vertices = tw_arena_alloc_raw(arena, t->edge_count, sizeof *t->edge_vertices);
+  if (!t->edge_vertices || !allocate_rings(t, arena)) return TW_NO_MEMORY;
+  name_edges(t);
+  link_fans(t, (uint32_t *)halves);
   return TW_OK;
 }
 
@@ -245,24 +253,42 @@ static void start_topology(tw_topology *t, uint32_t vertex_count, uint32_t face_
   t->corner_vertex = (uint32_t *)corners; /* never written through */
 }
 
+static tw_status build(tw_topology *t, const uint32_t *known_edges, tw_arena *arena) {
+  if (!allocate_corners(t, arena) || !map_corners(t, arena)) return TW_NO_MEMORY;
+  half_edge *halves = tw_alloc(2 * (size_t)file_corners(t) + 1, sizeof *halves);
+  tw_status status = halves ? link(t, known_edges, halves, arena) : TW_NO_MEMORY;
+  tw_free(halves);
+  return status;
+}
+
 tw_status tw_topology_pair(tw_topology *topology, tw_arena *arena, uint32_t vertex_count, uint32_t face_count,
                            const uint32_t *face_offsets, uint32_t corner_count, const uint32_t *corners) {
-  start_topology(topology, vertex_count, face_count, face_offsets, corner_count, corners);
-  return pair(topology, NULL, arena);
+  tw_topology *t = topology;
+  start_topology(t, vertex_count, face_count, face_offsets, corner_count, corners);
+  t->fan_offsets = tw_alloc_zero((size_t)vertex_count + 1, sizeof(uint32_t));
+  t->fan_corners = tw_alloc(corner_count, sizeof(uint32_t));
+  bool has_memory = map_corners(t, arena) && t->fan_offsets && t->fan_corners;
+  half_edge *halves = has_memory ? tw_alloc(2 * (size_t)file_corners(t) + 1, sizeof *halves) : NULL;
+  tw_status status = halves ? pair(t, NULL, halves, arena) : TW_NO_MEMORY;
+  tw_free(halves);
+  tw_free(t->fan_offsets);
+  tw_free(t->fan_corners);
+  t->fan_offsets = t->fan_corners = NULL;
+  return status;
 }
 
 tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
                             uint32_t face_count, const uint32_t *face_offsets, uint32_t corner_count,
                             const uint32_t *corners) {
   start_topology(topology, vertex_count, face_count, face_offsets, corner_count, corners);
-  return link(topology, NULL, arena);
+  return build(topology, NULL, arena);
 }
 
 tw_status tw_topology_build_parted(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
                                    uint32_t face_count, uint32_t face_size, const uint32_t *corners,
                                    const uint32_t *known_edges) {
   start_topology(topology, vertex_count, face_count, NULL, face_size * face_count, corners);
-  return link(topology, known_edges, arena);
+  return build(topology, known_edges, arena);
 }
 
 tw_status tw_topology_soften(tw_topology *topology, tw_arena *arena) {

@@ -11,11 +11,12 @@
 
 /* Renumbers vertices so that points which no face uses are not in the topology. */
 static tw_status compact(const tw_mesh *mesh, tw_cage *c, const uint32_t **corners, uint32_t *vertex_count) {
-  uint32_t *vertex_of = tw_arena_alloc(c->arena, mesh->point_count, sizeof *vertex_of);
+  const uint32_t *points = mesh->corners, point_count = mesh->point_count, corner_count = mesh->corner_count;
+  uint32_t *vertex_of = tw_arena_alloc(c->arena, point_count, sizeof *vertex_of);
   if (!vertex_of) return TW_NO_MEMORY;
-  for (uint32_t i = 0; i < mesh->corner_count; i++) vertex_of[mesh->corners[i]] = 1;
+  for (uint32_t i = 0; i < corner_count; i++) vertex_of[points[i]] = 1;
   uint32_t used = 0;
-  for (uint32_t p = 0; p < mesh->point_count; p++)
+  for (uint32_t p = 0; p < point_count; p++)
     if (vertex_of[p]) vertex_of[p] = ++used;
   *vertex_count = used;
   *corners = mesh->corners;

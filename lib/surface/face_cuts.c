@@ -154,29 +154,25 @@ const tw_face_cut *tw_surface_get_cuts(const tw_surface *surface) {
 
 /* ---- quads of levels ------------------------------------------------------------------------- */
 
-/* The normal of a face, as long as twice its area. points: [vertices][3]. */
-static void normal_of(const uint32_t *corners, uint32_t size, const double *points, double normal[3]) {
+/* As long as twice the area of its face; its square stands beside it. */
+typedef struct face_normal {
+  double axis[3], square;
+} face_normal;
+
+/* The normal of a face that is no quad. points: [vertices][3]. */
+static face_normal normal_of(const uint32_t *corners, uint32_t size, const double *points) {
   const double *origin = points + 3 * (size_t)corners[0];
-  double cross[3], a[3], b[3];
-  if (size == 4) { /* the same by its diagonals */
-    tw_difference3(points + 3 * (size_t)corners[2], origin, a);
-    tw_difference3(points + 3 * (size_t)corners[3], points + 3 * (size_t)corners[1], b);
-    tw_cross3(a, b, normal);
-    return;
-  }
+  double a[3], b[3], cross[3];
+  face_normal n = {{0}, 0};
   tw_difference3(points + 3 * (size_t)corners[1], origin, a);
-  if (size == 3) {
-    tw_difference3(points + 3 * (size_t)corners[2], origin, b);
-    tw_cross3(a, b, normal);
-    return;
-  }
-  for (int c = 0; c < 3; c++) normal[c] = 0;
   for (uint32_t i = 2; i < size; i++) {
     tw_difference3(points + 3 * (size_t)corners[i], origin, b);
     tw_cross3(a, b, cross);
-    for (int c = 0; c < 3; c++) normal[c] += cross[c];
+    for (int c = 0; c < 3; c++) n.axis[c] += cross[c];
     memcpy(a, b, sizeof a);
   }
+  n.square = tw_dot3(n.axis, n.axis);
+  return n;
 }
 
 /* The least share of twice a face's area that the triangles at its corners have where its children are surely
@@ -191,150 +187,174 @@ static bool is_full(double along, double square, double of_face, double share) {
   return along >= share * of_face && along * along >= 0.81 * of_face * square;
 }
 
-/* Whether the face is convex along any axis from which it is seen when it is cut, as one that is nearly flat
- * is, so that its children are too. */
-static bool is_surely_convex(const uint32_t *corners, uint32_t size, const double *points,
-                             const double normal[3], double share) {
-  double triangle[3], a[3], b[3], of_face = tw_dot3(normal, normal);
-  if (!(of_face > 0)) return false;
+/* Whether the triangle between two edges that follow each other is full, and of a quad also the one at the
+ * opposite corner, which is the rest of it. */
+static bool is_full_at(const double a[3], const double b[3], bool of_quad, const face_normal *normal,
+                       double share) {
+  double triangle[3], of_face = normal->square;
+  tw_cross3(a, b, triangle);
+  double along = tw_dot3(triangle, normal->axis), square = tw_dot3(triangle, triangle);
+  if (!is_full(along, square, of_face, share)) return false;
+  return !of_quad || is_full(of_face - along, of_face - 2 * along + square, of_face, share);
+}
+
+static bool is_polygon_convex(const uint32_t *corners, uint32_t size, const double *points,
+                              const face_normal *normal, double share) {
+  double a[3], b[3];
   tw_difference3(points + 3 * (size_t)corners[0], points + 3 * (size_t)corners[size - 1], a);
-  for (uint32_t i = 0; i < (size == 4 ? 2 : size); i++) {
+  for (uint32_t i = 0; i < size; i++) {
     tw_difference3(points + 3 * (size_t)corners[i + 1 < size ? i + 1 : 0], points + 3 * (size_t)corners[i],
                    b);
-    tw_cross3(a, b, triangle);
-    double along = tw_dot3(triangle, normal), square = tw_dot3(triangle, triangle);
-    if (!is_full(along, square, of_face, share)) return false;
-    /* The triangle at the opposite corner of a quad is the rest of it. */
-    if (size == 4 && !is_full(of_face - along, of_face - 2 * along + square, of_face, share)) return false;
+    if (!is_full_at(a, b, false, normal, share)) return false;
     memcpy(a, b, sizeof a);
   }
   return true;
 }
 
-static bool is_face_convex(const tw_topology *t, uint32_t face, const double *points) {
-  const uint32_t *corners = t->corner_vertex + tw_face_begin(t, face);
-  double normal[3];
-  if (tw_face_size(t, face) == 3) return true;
-  normal_of(corners, tw_face_size(t, face), points, normal);
-  return is_surely_convex(corners, tw_face_size(t, face), points, normal, FULL);
-}
-
-/* Whether the face of a corner, whose normal is `own`, and its neighbour across the edge behind it look away
- * from each other. Their common vertices then move across them, and a child may be concave. The cosine is
- * below -0.5; below -0.7 where all faces are triangles, whose children are further from being concave.
- * normals: [faces][3]. */
-static bool is_folded(const tw_topology *t, const double *own, uint32_t corner, const double *normals) {
-  const double *other = normals + 3 * (size_t)tw_corner_face(t, t->sibling[corner]);
-  double along = tw_dot3(own, other), least = t->face_size == 3 ? 0.5 : 0.25;
-  return along < 0 && along * along > least * tw_dot3(own, own) * tw_dot3(other, other);
-}
-
-/* normals: [faces][3] receives those of all faces where true is returned. */
-static bool are_faces_convex(const tw_topology *cage, const double *points, double *normals) {
-  for (uint32_t f = 0; f < cage->face_count; f++) {
-    const uint32_t *corners = cage->corner_vertex + tw_face_begin(cage, f);
-    uint32_t size = tw_face_size(cage, f);
-    normal_of(corners, size, points, normals + 3 * (size_t)f);
-    if (size > 3 && !is_surely_convex(corners, size, points, normals + 3 * (size_t)f, FULL)) return false;
+/* The normals of the triangles at a quad's corners are half of its own and, added or taken away, the cross
+ * product of a diagonal and the vector between the middles of the diagonals. Where that is at most 0.4 of the
+ * half, their share is at least 0.3 and their cosine 0.916, so that most quads need no closer look. */
+static inline bool is_quad_convex(const uint32_t *corners, const double *points, double share, face_normal *normal) {
+  const double *at[4];
+  double p[3], q[3], twice[3];
+  for (int i = 0; i < 4; i++) at[i] = points + 3 * (size_t)corners[i];
+  for (int i = 0; i < 3; i++) {
+    p[i] = at[2][i] - at[0][i];
+    q[i] = at[3][i] - at[1][i];
+    twice[i] = at[0][i] + at[2][i] - at[1][i] - at[3][i];
   }
-  return true;
+  tw_cross3(p, q, normal->axis);
+  normal->square = tw_dot3(normal->axis, normal->axis);
+  double square_p = tw_dot3(p, p), square_q = tw_dot3(q, q),
+         longest = square_p > square_q ? square_p : square_q;
+  if (!(normal->square > 0)) return false;
+  if (tw_dot3(twice, twice) * longest <= 0.16 * normal->square) return true;
+  double sides[3][3];
+  for (int i = 0; i < 3; i++) tw_difference3(at[i], at[(i + 3) % 4], sides[i]);
+  return is_full_at(sides[0], sides[1], true, normal, share) &&
+         is_full_at(sides[1], sides[2], true, normal, share);
 }
 
-static bool is_convex_everywhere(const tw_topology *cage, const double *points, double *normals) {
-  bool is_convex = are_faces_convex(cage, points, normals);
-  for (uint32_t f = 0; is_convex && f < cage->face_count; f++) {
-    const double *normal = normals + 3 * (size_t)f;
-    uint32_t end = tw_face_begin(cage, f) + tw_face_size(cage, f);
-    for (uint32_t c = tw_face_begin(cage, f); is_convex && c < end; c++)
-      is_convex = cage->sibling[c] <= c || !is_folded(cage, normal, c, normals);
-  }
-  return is_convex;
+/* Whether the face is convex along any axis from which it is seen when it is cut, as one that is nearly flat
+ * is, so that its children are too. *normal receives that of the face. */
+static inline bool is_surely_convex(const uint32_t *corners, uint32_t size, const double *points, double share,
+                             face_normal *normal) {
+  if (size == 4) return is_quad_convex(corners, points, share, normal);
+  *normal = normal_of(corners, size, points);
+  return size == 3 || (normal->square > 0 && is_polygon_convex(corners, size, points, normal, share));
 }
 
-/* Marks the vertices of faces that may be concave, and those around which the surface is folded: a face looks
- * the other way than its neighbour, or than all of them together. Of faces where is_near is false only those
- * beside others are looked at. normals: [faces][3] scratch, sums: [vertices][3] zeroed. */
-static void mark_folds(const tw_topology *t, const double *points, double share, const uint8_t *is_near,
-                       double *normals, double *sums, uint8_t *marks) {
-  for (uint32_t f = 0; f < t->face_count; f++) {
-    const uint32_t *corners = t->corner_vertex + tw_face_begin(t, f);
-    uint32_t size = tw_face_size(t, f);
-    double *normal = normals + 3 * (size_t)f;
-    normal_of(corners, size, points, normal);
-    bool marked = size > 3 && is_near[f] && !is_surely_convex(corners, size, points, normal, share);
-    for (uint32_t k = 0; k < size; k++) {
-      double *sum = sums + 3 * (size_t)corners[k];
-      if (marked) marks[corners[k]] = 1;
-      for (int c = 0; c < 3; c++) sum[c] += normal[c];
-    }
-  }
-  for (uint32_t f = 0; f < t->face_count; f++) {
-    const uint32_t *corners = t->corner_vertex + tw_face_begin(t, f);
-    uint32_t begin = tw_face_begin(t, f), size = tw_face_size(t, f);
-    for (uint32_t k = 0; is_near[f] && k < size; k++) {
-      if (tw_dot3(normals + 3 * (size_t)f, sums + 3 * (size_t)corners[k]) <= 0) marks[corners[k]] = 1;
-      if (is_folded(t, normals + 3 * (size_t)f, begin + k, normals))
-        marks[corners[k]] = marks[corners[k + 1 < size ? k + 1 : 0]] = 1;
-    }
-  }
-}
-
-/* Leaves of the faces where is_near is true those that have a marked vertex. TW_NO_MEMORY. */
-static tw_status find_near(const tw_topology *t, const double *points, double share, uint8_t *is_near) {
-  double *normals = tw_alloc(t->face_count, 3 * sizeof *normals);
-  double *sums = tw_alloc_zero(t->vertex_count, 3 * sizeof *sums);
-  uint8_t *marks = tw_alloc_zero(t->vertex_count, 1);
-  bool has_memory = normals && sums && marks;
-  if (has_memory) mark_folds(t, points, share, is_near, normals, sums, marks);
-  for (uint32_t f = 0; has_memory && f < t->face_count; f++) {
-    uint8_t has_mark = 0;
-    for (uint32_t k = 0; k < tw_face_size(t, f); k++)
-      has_mark |= marks[t->corner_vertex[tw_face_begin(t, f) + k]];
-    is_near[f] &= has_mark;
-  }
-  tw_free(normals);
-  tw_free(sums);
-  tw_free(marks);
-  return has_memory ? TW_OK : TW_NO_MEMORY;
-}
-
-/* Sets is_near of the triangles that touch a folded edge. Returns whether there are any. normals: [faces][3]
- * scratch, marks: [vertices] zeroed. */
-static bool find_folded(const tw_topology *t, const double *points, double *normals, uint8_t *marks,
-                        uint8_t *is_near) {
+/* Finds the normals of all faces, and marks the vertices of those that may be concave. Returns whether there
+ * are any. Of those where is_near is false only the normals are wanted. normals: [faces], marks: [vertices].
+ */
+static bool mark_concave(const tw_topology *topology, const double *points, double share,
+                         const uint8_t *is_near, face_normal *normals, uint8_t *marks) {
+  const tw_topology t = *topology; /* of its own, so that writing marks does not seem to change it */
   bool has_any = false;
-  for (uint32_t f = 0; f < t->face_count; f++)
-    normal_of(t->corner_vertex + 3 * (size_t)f, 3, points, normals + 3 * (size_t)f);
-  for (uint32_t f = 0; f < t->face_count; f++)
-    for (uint32_t k = 0; k < 3; k++) {
-      uint32_t c = 3 * f + k;
-      if (t->sibling[c] <= c || !is_folded(t, normals + 3 * (size_t)f, c, normals)) continue;
-      marks[t->corner_vertex[c]] = marks[t->corner_vertex[3 * f + (k + 1) % 3]] = 1;
-      has_any = true;
-    }
-  for (uint32_t f = 0; has_any && f < t->face_count; f++) {
-    const uint32_t *corners = t->corner_vertex + 3 * (size_t)f;
-    is_near[f] = marks[corners[0]] | marks[corners[1]] | marks[corners[2]];
+  for (uint32_t f = 0; f < t.face_count; f++) {
+    const uint32_t *corners = t.corner_vertex + tw_face_begin(&t, f), size = tw_face_size(&t, f);
+    if (is_surely_convex(corners, size, points, share, &normals[f]) || !is_near[f]) continue;
+    for (uint32_t k = 0; k < size; k++) marks[corners[k]] = 1;
+    has_any = true;
   }
   return has_any;
 }
 
-tw_status tw_cage_find_concave(const tw_topology *cage, const double *points, uint8_t **is_near) {
-  bool has_triangles = cage->face_size == 3, is_convex = false;
-  double *normals = tw_alloc(cage->face_count, 3 * sizeof *normals);
-  uint8_t *near = tw_alloc(cage->face_count, 1), *marks = tw_alloc_zero(cage->vertex_count, 1);
-  bool has_memory = normals && near && marks;
-  if (has_memory && has_triangles)
-    is_convex = !find_folded(cage, points, normals, marks, near);
-  else if (has_memory)
-    is_convex = is_convex_everywhere(cage, points, normals);
-  if (has_memory && !has_triangles) memset(near, 1, cage->face_count);
+/* Marks the ends of edges at which the surface is folded: two faces there look away from each other. Their
+ * common vertices then move across them, and a child may be concave. The cosine is below -0.5; below -0.7
+ * where all faces are triangles, whose children are further from being concave. Looks at edges of faces where
+ * is_near is true, or of all (NULL). Returns whether there are any. normals: [faces]. */
+static bool mark_folds(const tw_topology *topology, const uint8_t *is_near, const face_normal *normals,
+                       uint8_t *marks) {
+  const tw_topology t = *topology;
+  bool has_any = false;
+  double least = t.face_size == 3 ? 0.5 : 0.25;
+  for (uint32_t e = 0; e < t.edge_count; e++) {
+    uint32_t first = t.edge_corner[e], corner = first;
+    do {
+      uint32_t face = tw_corner_face(&t, corner), beside = tw_corner_face(&t, corner = t.sibling[corner]);
+      const face_normal *a = &normals[face], *b = &normals[beside];
+      double along = tw_dot3(a->axis, b->axis);
+      if (along >= 0 || along * along <= least * a->square * b->square) continue;
+      if (is_near && !is_near[face] && !is_near[beside]) continue;
+      marks[t.edge_vertices[e][0]] = marks[t.edge_vertices[e][1]] = 1;
+      has_any = true;
+    } while (corner != first && t.edge_flags[e] & TW_EDGE_NONMANIFOLD); /* else there are two, or one */
+  }
+  return has_any;
+}
+
+/* Marks the vertices at which a face that is near looks the other way than all faces there together. */
+static void mark_turned(const tw_topology *topology, const uint8_t *is_near, const face_normal *normals,
+                        uint8_t *marks) {
+  const tw_topology t = *topology;
+  for (uint32_t v = 0; v < t.vertex_count; v++) {
+    double sum[3] = {0};
+    uint32_t begin = t.fan_offsets[v], end = t.fan_offsets[v + 1];
+    for (uint32_t i = begin; i < end; i++) {
+      const face_normal *normal = &normals[tw_corner_face(&t, t.fan_corners[i])];
+      for (int c = 0; c < 3; c++) sum[c] += normal->axis[c];
+    }
+    for (uint32_t i = begin; i < end; i++) {
+      uint32_t face = tw_corner_face(&t, t.fan_corners[i]);
+      if (tw_dot3(normals[face].axis, sum) <= 0 && is_near[face]) marks[v] = 1;
+    }
+  }
+}
+
+/* Leaves of the faces where is_near is true those that have a marked vertex. */
+static void keep_marked(const tw_topology *topology, const uint8_t *marks, uint8_t *is_near) {
+  const tw_topology t = *topology;
+  for (uint32_t f = 0; f < t.face_count; f++) {
+    const uint32_t *corners = t.corner_vertex + tw_face_begin(&t, f), size = tw_face_size(&t, f);
+    uint8_t has_mark = 0;
+    for (uint32_t k = 0; k < size; k++) has_mark |= marks[corners[k]];
+    is_near[f] &= has_mark;
+  }
+}
+
+/* Leaves of the faces where is_near is true those that may be concave or are near such ones, or near folds.
+ * Where none is and there is no fold, `surely` lets none be left. TW_NO_MEMORY. */
+static tw_status find_near(const tw_topology *t, const double *points, double share, bool surely,
+                           uint8_t *is_near) {
+  face_normal *normals = tw_alloc(t->face_count, sizeof *normals);
+  uint8_t *marks = tw_alloc_zero(t->vertex_count, 1);
+  bool has_memory = normals && marks;
+  if (has_memory) {
+    bool has_concave = mark_concave(t, points, share, is_near, normals, marks);
+    bool has_folds = mark_folds(t, is_near, normals, marks);
+    if (has_concave || has_folds || !surely) mark_turned(t, is_near, normals, marks);
+    keep_marked(t, marks, is_near);
+  }
   tw_free(normals);
   tw_free(marks);
-  if (!has_memory || is_convex) {
+  return has_memory ? TW_OK : TW_NO_MEMORY;
+}
+
+/* Whether all faces are surely convex and none is folded against another. Of triangles, sets is_near of those
+ * that touch a folded edge. normals: [faces] scratch, marks: [vertices] zeroed. */
+static bool is_convex_everywhere(const tw_topology *t, const double *points, face_normal *normals,
+                                 uint8_t *marks, uint8_t *is_near) {
+  for (uint32_t f = 0; f < t->face_count; f++) {
+    const uint32_t *corners = t->corner_vertex + tw_face_begin(t, f);
+    if (!is_surely_convex(corners, tw_face_size(t, f), points, FULL, &normals[f])) return false;
+  }
+  if (!mark_folds(t, NULL, normals, marks)) return true;
+  if (t->face_size == 3) keep_marked(t, marks, is_near);
+  return false;
+}
+
+tw_status tw_cage_find_concave(const tw_topology *cage, const double *points, uint8_t **is_near) {
+  face_normal *normals = tw_alloc(cage->face_count, sizeof *normals);
+  uint8_t *near = tw_alloc(cage->face_count, 1), *marks = tw_alloc_zero(cage->vertex_count, 1);
+  bool has_memory = normals && near && marks;
+  if (has_memory) memset(near, 1, cage->face_count);
+  if (!has_memory || is_convex_everywhere(cage, points, normals, marks, near)) {
     tw_free(near);
     near = NULL;
   }
+  tw_free(normals);
+  tw_free(marks);
   *is_near = near;
   return has_memory ? TW_OK : TW_NO_MEMORY;
 }
@@ -344,19 +364,28 @@ tw_status tw_surface_find_concave(tw_surface *surface, const uint8_t *is_near, c
   const tw_topology *cage = &s->steps[0].topology, *base = &s->steps[s->step_count].topology;
   bool is_answer = s->side == 1 && !s->levels && !s->options.limit; /* the base is */
   double share = cage->face_size == 3 ? FULL_OF_TRIANGLES : FULL;
-  s->near_concave = tw_alloc(base->face_count, 1);
-  if (!s->near_concave) return TW_NO_MEMORY;
+  uint8_t *near = s->near_concave = tw_alloc(base->face_count, 1);
+  if (!near) return TW_NO_MEMORY;
   /* A quad for each corner, then four for each quad, but where an open border leaves some out. */
   uint32_t shift = s->step_count > 0 ? 2 * (s->step_count - 1) : 0;
   uint64_t from = s->step_count > 0 ? cage->corner_count : cage->face_count;
-  bool has_all = base->face_count == from << shift;
+  bool has_all = is_near && base->face_count == from << shift;
   for (uint32_t f = 0; f < base->face_count; f++) {
     uint32_t of = s->step_count > 0 && has_all ? tw_corner_face(cage, f >> shift) : f;
-    s->near_concave[f] = !has_all || is_near[of];
+    near[f] = !has_all || is_near[of];
   }
   if (base->face_size == 3) return TW_OK; /* the cage's own */
-  if (!is_answer) return find_near(base, points, share, s->near_concave);
-  for (uint32_t f = 0; f < base->face_count; f++) s->near_concave[f] &= !is_face_convex(base, f, points);
+  if (!is_answer) {
+    tw_status status = find_near(base, points, share, !is_near, near);
+    if (status != TW_OK || memchr(near, 1, base->face_count)) return status;
+    tw_free(near);
+    s->near_concave = NULL;
+    return TW_OK;
+  }
+  face_normal normal;
+  for (uint32_t f = 0; f < base->face_count; f++)
+    near[f] &= !is_surely_convex(base->corner_vertex + tw_face_begin(base, f), tw_face_size(base, f), points,
+                                 FULL, &normal);
   return TW_OK;
 }
 

@@ -196,7 +196,8 @@ tw_status tw_cage_find_concave(const tw_topology *cage, const double *points, ui
  * polygons that are no fan from their first corner: see tw_ear_clipper_cut. TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_surface_cut_faces(tw_surface *surface, const tw_parallel_for *parallel);
 
-/* Sets `near_concave`. is_near: of the cage. points: of the base, [vertices][3]. O(corners). TW_NO_MEMORY. */
+/* Sets `near_concave`. is_near: of the cage; NULL where that is the base itself, and not of triangles.
+ * points: of the base, [vertices][3]. O(corners). TW_NO_MEMORY. */
 tw_status tw_surface_find_concave(tw_surface *surface, const uint8_t *is_near, const double *points);
 
 /* Number of bounds that a surface holds: its own of positions and, where it is no copy of a plan, one of each

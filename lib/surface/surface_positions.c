@@ -42,16 +42,20 @@ static tw_status place(tw_surface *s, const float *positions, bool faces_are_rea
   tw_status status = at ? add_details(s, 0, parallel, at) : TW_NO_MEMORY;
   /* Of a rim all faces are looked at. */
   bool has_quads = s->options.level > 0 && s->options.scheme != TW_LOOP;
+  bool is_base = s->step_count == 0 && s->steps[0].topology.face_size != 3;
+  bool is_looked_at = faces_are_read && has_quads && !s->inner_faces;
   uint8_t *is_near = NULL;
-  if (status == TW_OK && faces_are_read && has_quads && !s->inner_faces)
+  if (status == TW_OK && is_looked_at && !is_base) {
     status = tw_cage_find_concave(&s->steps[0].topology, at, &is_near);
+    is_looked_at = is_near;
+  }
   if (status == TW_OK && s->options.level == 0) {
     s->positions.cage = tw_surface_round_positions(at, s->cage_vertex_count);
     if (!s->positions.cage) status = TW_NO_MEMORY;
   }
   for (uint32_t level = 1; level <= s->step_count && status == TW_OK; level++)
     status = make_level(s, level, parallel, &at);
-  if (status == TW_OK && is_near) status = tw_surface_find_concave(s, is_near, at);
+  if (status == TW_OK && is_looked_at) status = tw_surface_find_concave(s, is_near, at);
   tw_free(is_near);
   if (status == TW_OK) status = s->evaluator->place(s, &at, parallel);
   tw_free(at);

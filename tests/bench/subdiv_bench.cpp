@@ -9,6 +9,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <string>
 
 #include "opensubdiv_peer.hpp"
@@ -140,6 +143,10 @@ int print_obj(const Soup &soup) {
 } // namespace
 
 int main(int argc, char **argv) {
+#ifdef __GLIBC__
+  mallopt(M_TRIM_THRESHOLD,
+          32 << 20); /* as the daemon does, which does not give memory back after each surface */
+#endif
   if (argc == 4 && std::strcmp(argv[1], "--peer") == 0) return print_peer(argv[2], argv[3]);
   std::string only;
   const char *json = nullptr;
