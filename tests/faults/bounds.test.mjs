@@ -7,7 +7,7 @@ import { connect } from 'node:net';
 import { after, test } from 'node:test';
 import { setTimeout as pause } from 'node:timers/promises';
 import { gzipSync } from 'node:zlib';
-import { Daemon } from '../node/daemon.mjs';
+import { Daemon, eventually } from '../node/daemon.mjs';
 
 const MIB = 1 << 20;
 const BESIDE = 64 * MIB; // beside --max-memory: code, stacks, sockets, what the allocator keeps
@@ -52,7 +52,7 @@ test('live streams of many poses hold no more than their part of --max-memory', 
   assert.equal(taken.length + refused.length, streams.length);
   assert.ok(taken.length > 10 && refused.length > 10, `${taken.length} streams`);
   assert.ok(refused.every(({ retry }) => Number(retry) > 0));
-  while ((await figure(daemon, 'tweend_live_frames_printed_total')) < 3 * taken.length) await pause(20);
+  await eventually('frames are printed', 60, async () => (await figure(daemon, 'tweend_live_frames_printed_total')) >= 3 * taken.length);
   const held = await figure(daemon, 'tweend_memory_bytes{kind="live"}');
   assert.ok(held > LIMIT / 4 && held <= LIMIT / 2, `${held} bytes`);
   assert.ok(peak(daemon) < LIMIT + BESIDE, `${peak(daemon)} bytes`);
@@ -61,7 +61,7 @@ test('live streams of many poses hold no more than their part of --max-memory', 
   const joined = await listen(live(streams.indexOf(taken[0])));
   assert.equal(joined.status, 200);
   for (const { end } of [...streams, joined]) end();
-  while ((await figure(daemon, 'tweend_memory_bytes{kind="live"}')) > 0) await pause(20);
+  await eventually('the streams end', 60, async () => (await figure(daemon, 'tweend_memory_bytes{kind="live"}')) === 0);
   const again = await listen(live(0));
   assert.equal(again.status, 200);
   again.end();
@@ -300,17 +300,18 @@ for (const [name, [path, body]] of Object.entries(left))
     const daemon = await startDaemon('--compute-timeout', '300s');
     const address = path.startsWith('/v1') ? daemon.url + path : (await daemon.upload(long.grid)) + path;
     const begun = processor(daemon);
-    let answered;
+    let answered, failed;
     const asked = request(address, { method: 'POST', agent: false, headers: { 'Content-Type': 'application/octet-stream' } }, (answer) => {
       answered = answer.statusCode;
       answer.on('error', () => {}).resume();
     });
-    asked.on('error', () => {}).end(body());
-    while (processor(daemon) < begun + 0.3 && answered === undefined) await pause(5);
+    asked.on('error', (error) => { failed ??= error; }).end(body());
+    await eventually('the request takes processor time', 120, () => processor(daemon) >= begun + 0.3 || answered !== undefined || failed);
+    assert.equal(failed, undefined, 'the client was still there');
     asked.destroy();
     const leaving = processor(daemon);
     // It has ended when no request is in flight but the one that asks.
-    while ((await figure(daemon, 'tweend_http_requests_in_flight')) > 1) await pause(20);
+    await eventually('the request ends', 120, async () => (await figure(daemon, 'tweend_http_requests_in_flight')) === 1);
     const behind = processor(daemon) - leaving;
     t.diagnostic(`${leaving - begun} s before, ${behind} s after`);
     assert.ok(behind < 1, `${behind} s of processor after the client had left`);

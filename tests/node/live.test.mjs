@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { setTimeout as pause } from 'node:timers/promises';
 
-import { Daemon, root } from './daemon.mjs';
+import { Daemon, eventually, root } from './daemon.mjs';
 
 const daemon = new Daemon();
 before(() => daemon.start());
@@ -46,7 +46,7 @@ test('a thousand listeners that start apart cost one evaluation a frame', async 
     listeners.push(listen(`${tank}/live?fps=10&speed=0.01`)); // the clip once, from its beginning, for 400 s
     if (i % 50 === 49) await pause(25);
   }
-  while (listeners.some(({ frames, ended }) => frames < 5 && !ended)) await pause(20);
+  await eventually('all have frames', 120, () => listeners.every(({ frames, ended }) => frames >= 5 || ended));
   assert.deepEqual(new Set(listeners.map(({ status }) => status)), new Set([200]));
   assert.equal(await gauge('listeners'), 1000);
   assert.equal(await gauge('channels'), 1);

@@ -6,9 +6,8 @@ import { mkdtempSync, rmSync } from 'node:fs';
 import { createServer } from 'node:net';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { setTimeout as pause } from 'node:timers/promises';
 import { promisify } from 'node:util';
-import { Daemon, root } from '../node/daemon.mjs';
+import { Daemon, eventually, root } from '../node/daemon.mjs';
 
 /** Heavy requests that may wait at one replica: more than the tests send at once. */
 const QUEUE = '200';
@@ -16,14 +15,6 @@ const QUEUE = '200';
 const SERVER_TIMEOUT = '3s';
 const COUNT = 3;
 const haproxy = join(root, 'docker/haproxy.cfg');
-
-export async function eventually(what, seconds, holds) {
-  const end = Date.now() + seconds * 1000;
-  while (!(await holds())) {
-    if (Date.now() > end) throw new Error(`not within ${seconds} s: ${what}`);
-    await pause(50);
-  }
-}
 
 const isReady = async (url) => (await fetch(`${url}/readyz`, { signal: AbortSignal.timeout(2000) }).catch(() => null))?.ok === true;
 

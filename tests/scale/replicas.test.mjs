@@ -9,8 +9,8 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { setTimeout as pause } from 'node:timers/promises';
-import { root } from '../node/daemon.mjs';
-import { Containers, Processes, eventually } from './fleet.mjs';
+import { eventually, root } from '../node/daemon.mjs';
+import { Containers, Processes } from './fleet.mjs';
 
 const ROUNDS = Number(process.env.TESTED_ROUNDS ?? 1);
 const RATE = 40;
