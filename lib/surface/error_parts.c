@@ -165,6 +165,7 @@ tw_status tw_error_cut(const tw_measuring *m, tw_error_part *p) {
   tw_error_part out = {.errors = p->errors,
                        .wholes = p->wholes,
                        .nexts = p->nexts,
+                       .afters = p->afters,
                        .falls = p->falls,
                        .batch_level = p->batch_level,
                        .level = p->level,

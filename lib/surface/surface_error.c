@@ -205,7 +205,8 @@ static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_
     p->wholes[f] = s.of_face[f].whole;
     found->levels[p->level].is_plain[f] = s.of_face[f].is_plain;
     p->errors[f] = errors[0];
-    p->nexts[f] = tw_greater(errors[1], 4 * errors[2]); /* of which deeper levels have quarters */
+    p->nexts[f] = errors[1];
+    p->afters[f] = errors[2]; /* of which deeper levels have quarters */
     if (tells_more(p, f, &s.of_face[f], allowed)) {
       p->states[f]++; /* the error holds where it is given up */
       continue;
@@ -347,8 +348,9 @@ static void settle_ring(tw_error_part *p, const ring *r, findings *found) {
     uint32_t face = tw_corner_face(t, t->fan_corners[i]), made = tw_error_as_made(p, face);
     if (p->states[face] < TW_FACE_OPEN) continue;
     p->errors[made] = r->errors[0];
-    p->nexts[made] = next;
     p->falls[made] = (float)fall + 1e-6F;
+    p->nexts[made] = next;
+    p->afters[made] = (double)p->falls[made] * next;
     p->states[face] = TW_FACE_AROUND;
     p->open_count--;
   }
@@ -384,7 +386,7 @@ static tw_status settle_rings(const tw_measuring *m, tw_error_part *p, bool all,
 static void settle_face(tw_error_part *p, uint32_t face, findings *found) {
   uint32_t made = tw_error_as_made(p, face);
   settle_at(found, p->level,
-            (const double[TW_ERROR_LOOKED]){p->errors[made], p->nexts[made], p->nexts[made] / 4});
+            (const double[TW_ERROR_LOOKED]){p->errors[made], p->nexts[made], p->afters[made]});
   p->states[face] = TW_FACE_AROUND;
   p->open_count--;
 }
@@ -418,7 +420,7 @@ static void give_up(tw_error_part *p, const double *rests, double limit, finding
       settle_face(p, f, found);
       continue;
     }
-    p->errors[made] = p->nexts[made] = rests[f];
+    p->errors[made] = p->nexts[made] = p->afters[made] = rests[f];
     p->falls[made] = 1;
     found->rests[p->level] = tw_greater(found->rests[p->level], rests[f]);
     p->states[f] = TW_FACE_GIVEN_UP;
@@ -519,9 +521,10 @@ static tw_status keep_made(findings *found, tw_error_part *p) {
   kept->begins = tw_arena_alloc_raw(found->arena, (size_t)t->face_count + 1, sizeof *kept->begins);
   kept->corners = tw_arena_alloc_raw(found->arena, t->corner_count, sizeof *kept->corners);
   p->nexts = tw_arena_alloc(found->arena, t->face_count, sizeof *p->nexts);
+  p->afters = tw_arena_alloc(found->arena, t->face_count, sizeof *p->afters);
   p->falls = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *p->falls);
   kept->is_plain = tw_arena_alloc(found->arena, t->face_count, sizeof *kept->is_plain);
-  if (!p->errors || !p->wholes || !p->nexts || !p->falls || !kept->is_plain || !kept->begins ||
+  if (!p->errors || !p->wholes || !p->nexts || !p->afters || !p->falls || !kept->is_plain || !kept->begins ||
       !kept->corners)
     return TW_NO_MEMORY;
   for (uint32_t f = 0; f < t->face_count; f++) {
@@ -547,14 +550,15 @@ static tw_status keep_left(const tw_measuring *m, findings *found, const tw_erro
   if (!kept->made || !kept->children || !kept->steps || !kept->frames) return TW_NO_MEMORY;
   for (uint32_t f = 0; f < t->face_count; f++) {
     bool is_known = p->states[f] == TW_FACE_AROUND || p->states[f] == TW_FACE_GIVEN_UP;
-    kept->made[f] = tw_error_as_made(p, f);
+    uint32_t made = kept->made[f] = tw_error_as_made(p, f);
     kept->steps[f] = -1;
     kept->children[f] = m->rules.loop ? 4 * f : tw_face_begin(t, f);
     kept->children[f + 1] = m->rules.loop ? 4 * f + 4 : kept->children[f] + tw_face_size(t, f);
     for (uint32_t c = kept->children[f]; is_known && c < kept->children[f + 1]; c++) {
-      child->falls[c] = p->falls[kept->made[f]];
-      child->errors[c] = tw_greater(p->nexts[kept->made[f]], found->small);
-      child->nexts[c] = (double)child->falls[c] * child->errors[c];
+      child->falls[c] = p->falls[made];
+      child->errors[c] = tw_greater(p->nexts[made], found->small);
+      child->nexts[c] = tw_greater(p->afters[made], (double)p->falls[made] * found->small);
+      child->afters[c] = (double)p->falls[made] * child->nexts[c];
     }
   }
   return TW_OK;
@@ -649,7 +653,7 @@ static tw_status measure_batch(const tw_measuring *m, tw_error_part *p, const tw
     uint32_t face = corners[(size_t)size * i] / size;
     if (p->states[face] < TW_FACE_OPEN) continue;
     uint32_t made = tw_error_as_made(p, face);
-    p->errors[made] = p->nexts[made] = found.levels[p->level].errors[i];
+    p->errors[made] = p->nexts[made] = p->afters[made] = found.levels[p->level].errors[i];
     p->falls[made] = 1;
   }
   tw_arena_destroy(part.arena);

@@ -38,6 +38,7 @@ typedef struct tw_error_part {
   double *errors;      /* [faces of the level as it was made] the distance of each from the limit */
   double *wholes;      /* [the same] as tw_face_measure has them */
   double *nexts;       /* [the same] of measured faces: the same of their children */
+  double *afters;      /* [the same] and of these children's children */
   float *falls;        /* [the same] how much of these the next level has at most, and each after it */
   uint32_t level, open_count;
   uint32_t batch_level; /* at which it began as a batch of faces, whose children are too many to be made at
