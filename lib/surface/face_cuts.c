@@ -214,7 +214,8 @@ static bool is_polygon_convex(const uint32_t *corners, uint32_t size, const doub
 /* The normals of the triangles at a quad's corners are half of its own and, added or taken away, the cross
  * product of a diagonal and the vector between the middles of the diagonals. Where that is at most 0.4 of the
  * half, their share is at least 0.3 and their cosine 0.916, so that most quads need no closer look. */
-static inline bool is_quad_convex(const uint32_t *corners, const double *points, double share, face_normal *normal) {
+static inline bool is_quad_convex(const uint32_t *corners, const double *points, double share,
+                                  face_normal *normal) {
   const double *at[4];
   double p[3], q[3], twice[3];
   for (int i = 0; i < 4; i++) at[i] = points + 3 * (size_t)corners[i];
@@ -237,8 +238,8 @@ static inline bool is_quad_convex(const uint32_t *corners, const double *points,
 
 /* Whether the face is convex along any axis from which it is seen when it is cut, as one that is nearly flat
  * is, so that its children are too. *normal receives that of the face. */
-static inline bool is_surely_convex(const uint32_t *corners, uint32_t size, const double *points, double share,
-                             face_normal *normal) {
+static inline bool is_surely_convex(const uint32_t *corners, uint32_t size, const double *points,
+                                    double share, face_normal *normal) {
   if (size == 4) return is_quad_convex(corners, points, share, normal);
   *normal = normal_of(corners, size, points);
   return size == 3 || (normal->square > 0 && is_polygon_convex(corners, size, points, normal, share));
