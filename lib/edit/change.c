@@ -313,27 +313,40 @@ static bool carry_creases(const tw_change_maker *m) {
   return has_room;
 }
 
-/* A new point whose parent is an old point keeps its sharpness. */
+/* A new point whose parent is an old point keeps its sharpness. Of points that are merged the greatest
+ * sharpness stays, as that of edges does. before, after: of the old points and, zeroed, of the new ones. */
+static void carry_sharpness(const tw_change_maker *m, const float *before, float *after) {
+  const tw_change *c = m->change;
+  for (uint32_t p = 0; p < c->point_count; p++)
+    if (c->point_parents[p] < m->from->point_count) after[p] = before[c->point_parents[p]];
+  for (uint32_t p = 0; c->joins && p < m->from->point_count; p++)
+    if (c->joins[p] != UINT32_MAX && before[p] > after[c->joins[p]]) after[c->joins[p]] = before[p];
+}
+
 static bool carry_sharp_points(const tw_change_maker *m) {
   const tw_change *c = m->change;
   tw_mesh *to = m->to;
   if (m->from->sharp_point_count == 0) return true;
   float *before = tw_alloc_zero(m->from->point_count, sizeof *before);
+  float *after = tw_alloc_zero(c->point_count, sizeof *after);
   uint8_t *is_sharp = tw_alloc_zero(c->point_count, 1);
-  for (uint32_t i = 0; before && i < m->from->sharp_point_count; i++)
+  bool has_room = before && after && is_sharp;
+  for (uint32_t i = 0; has_room && i < m->from->sharp_point_count; i++)
     before[m->from->sharp_points[i]] = m->from->point_sharpness[i];
-  for (uint32_t p = 0; before && is_sharp && p < c->point_count; p++)
-    is_sharp[p] = c->point_parents[p] < m->from->point_count && before[c->point_parents[p]] > 0;
-  if (before && is_sharp)
+  if (has_room) carry_sharpness(m, before, after);
+  for (uint32_t p = 0; has_room && p < c->point_count; p++) is_sharp[p] = after[p] > 0;
+  if (has_room)
     to->sharp_points = tw_list_flagged(m->arena, is_sharp, 1, c->point_count, &to->sharp_point_count);
-  float *sharpness = tw_arena_alloc_raw(m->arena, to->sharp_point_count, sizeof *sharpness);
-  bool has_room = before && is_sharp && to->sharp_points && sharpness;
-  for (uint32_t i = 0; has_room && i < to->sharp_point_count; i++)
-    sharpness[i] = before[c->point_parents[to->sharp_points[i]]];
+  has_room = has_room && to->sharp_points;
+  float *sharpness =
+      has_room ? tw_arena_alloc_raw(m->arena, to->sharp_point_count, sizeof *sharpness) : NULL;
+  for (uint32_t i = 0; sharpness && i < to->sharp_point_count; i++)
+    sharpness[i] = after[to->sharp_points[i]];
   to->point_sharpness = sharpness;
   tw_free(before);
+  tw_free(after);
   tw_free(is_sharp);
-  return has_room;
+  return sharpness;
 }
 
 /* A part of a hole is a hole. */
