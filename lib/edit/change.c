@@ -418,6 +418,22 @@ static bool carry_list(const tw_change_maker *m, const heirs *h, uint32_t **item
   return true;
 }
 
+/* Points that are merged are the one that they become. */
+static bool carry_points(const tw_change_maker *m, const heirs *h, tw_named *named) {
+  const uint32_t *joins = m->change->joins;
+  if (!joins) return carry_list(m, h, &named->points, &named->point_count);
+  uint32_t *out = tw_arena_alloc_raw(m->arena, named->point_count, sizeof *out), count = 0, kept = 0;
+  if (!out) return false;
+  for (uint32_t i = 0; i < named->point_count; i++)
+    if (joins[named->points[i]] != UINT32_MAX) out[count++] = joins[named->points[i]];
+  if (tw_sort(out, count, sizeof *out, tw_compare_uint32) != TW_OK) return false;
+  for (uint32_t i = 0; i < count; i++)
+    if (kept == 0 || out[i] != out[kept - 1]) out[kept++] = out[i];
+  named->points = out;
+  named->point_count = kept;
+  return true;
+}
+
 /* Sorts pairs of points and drops repeated ones. kept: how many stay. */
 static bool sort_pairs(uint32_t (*pairs)[2], uint32_t count, uint32_t *kept) {
   if (tw_sort(pairs, count, sizeof *pairs, compare_pairs) != TW_OK) return false;
@@ -469,7 +485,7 @@ static bool carry_named(const tw_change_maker *m, tw_named *named, uint32_t name
       next[i] = tw_corner_behind(c, f, i);
   for (uint32_t i = 0; has_room && i < named_count; i++)
     has_room = carry_list(m, &faces, &named[i].faces, &named[i].face_count) &&
-               carry_list(m, &points, &named[i].points, &named[i].point_count) &&
+               carry_points(m, &points, &named[i]) &&
                carry_edges(m, &edges, next, &named[i]);
   heirs_deinit(&faces);
   heirs_deinit(&points);

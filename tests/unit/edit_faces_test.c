@@ -139,6 +139,23 @@ TEST(a_sharp_point_stays_sharp_where_it_is_merged) {
   }
 }
 
+/* What was named 4, 5 and 6 is, as 4 and 5 are one, 4 and 5. */
+TEST(names_follow_points_that_are_merged) {
+  tw_mesh mesh = cube();
+  tw_edit edits[2] = {
+      {.kind = TW_EDIT_MOVE, .selection = LIST(TW_EDIT_VERTICES, 4, 5, 6), .name = "moved", .move.by = {0}},
+      merge((tw_selection)LIST(TW_EDIT_VERTICES, 4, 5), -1)};
+  for (int by_distance = 0; by_distance < 2; by_distance++) {
+    edits[1].merge.distance = by_distance ? 2 : -1;
+    edited e = edit(&mesh, edits, 2);
+    assert_string_equal(e.made[0].name, "moved");
+    assert_int_equal(e.made[0].vertex_count, 2);
+    assert_int_equal(e.made[0].vertices[0], 4);
+    assert_int_equal(e.made[0].vertices[1], 5);
+    edited_deinit(&e);
+  }
+}
+
 TEST(all_of_one_point_leave_nothing) {
   tw_mesh mesh = cube();
   edited e = edit_once(&mesh, merge(all_vertices, -1));
