@@ -338,10 +338,8 @@ static bool carry_sharp_points(const tw_change_maker *m) {
   if (has_room)
     to->sharp_points = tw_list_flagged(m->arena, is_sharp, 1, c->point_count, &to->sharp_point_count);
   has_room = has_room && to->sharp_points;
-  float *sharpness =
-      has_room ? tw_arena_alloc_raw(m->arena, to->sharp_point_count, sizeof *sharpness) : NULL;
-  for (uint32_t i = 0; sharpness && i < to->sharp_point_count; i++)
-    sharpness[i] = after[to->sharp_points[i]];
+  float *sharpness = has_room ? tw_arena_alloc_raw(m->arena, to->sharp_point_count, sizeof *sharpness) : NULL;
+  for (uint32_t i = 0; sharpness && i < to->sharp_point_count; i++) sharpness[i] = after[to->sharp_points[i]];
   to->point_sharpness = sharpness;
   tw_free(before);
   tw_free(after);
@@ -485,8 +483,7 @@ static bool carry_named(const tw_change_maker *m, tw_named *named, uint32_t name
       next[i] = tw_corner_behind(c, f, i);
   for (uint32_t i = 0; has_room && i < named_count; i++)
     has_room = carry_list(m, &faces, &named[i].faces, &named[i].face_count) &&
-               carry_points(m, &points, &named[i]) &&
-               carry_edges(m, &edges, next, &named[i]);
+               carry_points(m, &points, &named[i]) && carry_edges(m, &edges, next, &named[i]);
   heirs_deinit(&faces);
   heirs_deinit(&points);
   heirs_deinit(&edges);

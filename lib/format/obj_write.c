@@ -35,9 +35,9 @@ typedef enum part { PART_NAME, PART_POINTS, PART_UVS, PART_NORMALS, PART_FACES, 
 
 struct tw_obj_stream {
   tw_scene scene;
-  tw_surface_reader *reader; /* turned to the surface of `object` */
-  tw_placements places;      /* an object each */
-  uint32_t *namesakes;       /* [objects] the suffix that makes an object's name the only one; 0: none */
+  tw_surface_reader *reader;    /* turned to the surface of `object` */
+  tw_placements places;         /* an object each */
+  uint32_t *namesakes;          /* [objects] the suffix that makes an object's name the only one; 0: none */
   uint32_t *material_namesakes; /* [materials] */
 
   /* Position: in `part` of `object`, at row, face or tag `next`. */
@@ -582,8 +582,7 @@ static bool tell_objects_apart(tw_obj_stream *stream) {
     suffix = is_instance ? suffix + 1 : 1;
     if (!name && is_instance) stream->namesakes[i] = suffix;
   }
-  has_memory =
-      has_memory && suffix_namesakes(all, places->count, stream->text_capacity, stream->namesakes);
+  has_memory = has_memory && suffix_namesakes(all, places->count, stream->text_capacity, stream->namesakes);
   tw_free(all);
   return has_memory;
 }
@@ -596,8 +595,7 @@ static bool tell_materials_apart(tw_obj_stream *stream) {
   stream->material_namesakes = tw_alloc_zero(count, sizeof *stream->material_namesakes);
   bool has_memory = all && made && stream->material_namesakes;
   for (uint32_t i = 0; has_memory && i < count; i++) all[i] = (named){material_name(model, i, made[i]), i};
-  has_memory =
-      has_memory && suffix_namesakes(all, count, stream->text_capacity, stream->material_namesakes);
+  has_memory = has_memory && suffix_namesakes(all, count, stream->text_capacity, stream->material_namesakes);
   tw_free(made);
   tw_free(all);
   return has_memory;

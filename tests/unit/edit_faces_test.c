@@ -119,7 +119,8 @@ TEST(a_crease_stays_where_its_ends_do) {
   edited_deinit(&e);
 }
 
-/* The same rule as for creases that become one: the greatest sharpness stays, whichever point is the first. */
+/* The same rule as for creases that become one: the greatest sharpness stays, whichever point is the first.
+ */
 TEST(a_sharp_point_stays_sharp_where_it_is_merged) {
   tw_mesh mesh = cube();
   for (uint32_t sharper = 4; sharper <= 5; sharper++) {

@@ -631,12 +631,13 @@ TEST(normals_of_targets_that_are_no_numbers_are_told) {
   } all = {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}},
            {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {0, 0, 1}},
            {{1, 0, 0}, {0, 2e18f, 0}, {0, NAN, 1}, {0, 1, 0}}};
-  const char *json = "{" ASSET ",'buffers':[{'byteLength':144}],'bufferViews':[{'buffer':0,'byteLength':144}],"
-                     "'accessors':[{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3'},"
-                     "{'bufferView':0,'byteOffset':48,'componentType':5126,'count':4,'type':'VEC3'},"
-                     "{'bufferView':0,'byteOffset':96,'componentType':5126,'count':4,'type':'VEC3'}],"
-                     "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'NORMAL':1},'mode':6,"
-                     "'targets':[{'POSITION':1,'NORMAL':2}]}]}]}";
+  const char *json =
+      "{" ASSET ",'buffers':[{'byteLength':144}],'bufferViews':[{'buffer':0,'byteLength':144}],"
+      "'accessors':[{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3'},"
+      "{'bufferView':0,'byteOffset':48,'componentType':5126,'count':4,'type':'VEC3'},"
+      "{'bufferView':0,'byteOffset':96,'componentType':5126,'count':4,'type':'VEC3'}],"
+      "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'NORMAL':1},'mode':6,"
+      "'targets':[{'POSITION':1,'NORMAL':2}]}]}]}";
   tw_model *model = glb_read(json, &all, sizeof all);
   const tw_mesh *mesh = &model->meshes[0];
   static const float expected[4][3] = {{1, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 1, 0}};
