@@ -13,6 +13,7 @@ typedef struct obj_losses {
   uint64_t parted_points;                          /* at which faces have different colours */
   uint64_t instances;                              /* of nodes whose mesh their joints have taken elsewhere */
   uint32_t clear, attributes, uvs, uv_sets, loose; /* meshes that have alpha, ... */
+  uint32_t holed; /* meshes with holes at level 0, whose tags are left out, as the faces are not there */
 } obj_losses;
 
 /* *parted: points at whose corners the colours differ. */
@@ -68,11 +69,15 @@ static void list(tw_text *text, uint64_t count, const char *before, const char *
   tw_text_add(text, behind);
 }
 
-api_outcome api_obj_warn_of_losses(api_call *call, const tw_model *model) {
+api_outcome api_obj_warn_of_losses(api_call *call, const tw_scene *scene) {
+  const tw_model *model = scene->model;
   obj_losses losses = {0};
   bool is_counted = true;
-  for (uint32_t i = 0; i < model->mesh_count && is_counted; i++)
+  for (uint32_t i = 0; i < model->mesh_count && is_counted; i++) {
     is_counted = count_losses(&model->meshes[i], &losses);
+    bool is_cage = tw_surface_get_options(scene->surfaces[i])->level == 0;
+    losses.holed += is_cage && model->meshes[i].hole_count > 0;
+  }
   if (!is_counted) return api_fail_without_memory(call);
   for (uint32_t n = 0; n < model->node_count; n++) losses.instances += tw_node_lost_instances(model, n);
   uint32_t materials = model->assets || model->material_colors ? model->material_count : 0;
@@ -80,6 +85,8 @@ api_outcome api_obj_warn_of_losses(api_call *call, const tw_model *model) {
   list(&text, losses.instances, "the ",
        tw_plural(losses.instances, " instance of EXT_mesh_gpu_instancing",
                  " instances of EXT_mesh_gpu_instancing"));
+  list(&text, losses.holed, "the holes, creases and corners of ",
+       tw_plural(losses.holed, " mesh that has holes", " meshes that have holes"));
   list(&text, losses.parted_points, "the further colours of ",
        tw_plural(losses.parted_points, " control point where faces differ (it has one a point)",
                  " control points where faces differ (it has one a point)"));

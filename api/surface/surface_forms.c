@@ -294,7 +294,7 @@ static api_outcome open_obj(api_call *call, api_surface_request *request) {
   if (outcome != API_DONE) return outcome;
   if (tw_obj_stream_create(&request->scene.content, &request->obj, &call->fault.error) != TW_OK)
     return api_fail(call);
-  return api_obj_warn_of_losses(call, api_entry_value(request->model));
+  return api_obj_warn_of_losses(call, &request->scene.content);
 }
 
 /* ---- the table ----------------------------------------------------------------------------------- */

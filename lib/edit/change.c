@@ -313,27 +313,38 @@ static bool carry_creases(const tw_change_maker *m) {
   return has_room;
 }
 
-/* A new point whose parent is an old point keeps its sharpness. */
+/* A new point whose parent is an old point keeps its sharpness. Of points that are merged the greatest
+ * sharpness stays, as that of edges does. before, after: of the old points and, zeroed, of the new ones. */
+static void carry_sharpness(const tw_change_maker *m, const float *before, float *after) {
+  const tw_change *c = m->change;
+  for (uint32_t p = 0; p < c->point_count; p++)
+    if (c->point_parents[p] < m->from->point_count) after[p] = before[c->point_parents[p]];
+  for (uint32_t p = 0; c->joins && p < m->from->point_count; p++)
+    if (c->joins[p] != UINT32_MAX && before[p] > after[c->joins[p]]) after[c->joins[p]] = before[p];
+}
+
 static bool carry_sharp_points(const tw_change_maker *m) {
   const tw_change *c = m->change;
   tw_mesh *to = m->to;
   if (m->from->sharp_point_count == 0) return true;
   float *before = tw_alloc_zero(m->from->point_count, sizeof *before);
+  float *after = tw_alloc_zero(c->point_count, sizeof *after);
   uint8_t *is_sharp = tw_alloc_zero(c->point_count, 1);
-  for (uint32_t i = 0; before && i < m->from->sharp_point_count; i++)
+  bool has_room = before && after && is_sharp;
+  for (uint32_t i = 0; has_room && i < m->from->sharp_point_count; i++)
     before[m->from->sharp_points[i]] = m->from->point_sharpness[i];
-  for (uint32_t p = 0; before && is_sharp && p < c->point_count; p++)
-    is_sharp[p] = c->point_parents[p] < m->from->point_count && before[c->point_parents[p]] > 0;
-  if (before && is_sharp)
+  if (has_room) carry_sharpness(m, before, after);
+  for (uint32_t p = 0; has_room && p < c->point_count; p++) is_sharp[p] = after[p] > 0;
+  if (has_room)
     to->sharp_points = tw_list_flagged(m->arena, is_sharp, 1, c->point_count, &to->sharp_point_count);
-  float *sharpness = tw_arena_alloc_raw(m->arena, to->sharp_point_count, sizeof *sharpness);
-  bool has_room = before && is_sharp && to->sharp_points && sharpness;
-  for (uint32_t i = 0; has_room && i < to->sharp_point_count; i++)
-    sharpness[i] = before[c->point_parents[to->sharp_points[i]]];
+  has_room = has_room && to->sharp_points;
+  float *sharpness = has_room ? tw_arena_alloc_raw(m->arena, to->sharp_point_count, sizeof *sharpness) : NULL;
+  for (uint32_t i = 0; sharpness && i < to->sharp_point_count; i++) sharpness[i] = after[to->sharp_points[i]];
   to->point_sharpness = sharpness;
   tw_free(before);
+  tw_free(after);
   tw_free(is_sharp);
-  return has_room;
+  return sharpness;
 }
 
 /* A part of a hole is a hole. */
@@ -405,6 +416,22 @@ static bool carry_list(const tw_change_maker *m, const heirs *h, uint32_t **item
   return true;
 }
 
+/* Points that are merged are the one that they become. */
+static bool carry_points(const tw_change_maker *m, const heirs *h, tw_named *named) {
+  const uint32_t *joins = m->change->joins;
+  if (!joins) return carry_list(m, h, &named->points, &named->point_count);
+  uint32_t *out = tw_arena_alloc_raw(m->arena, named->point_count, sizeof *out), count = 0, kept = 0;
+  if (!out) return false;
+  for (uint32_t i = 0; i < named->point_count; i++)
+    if (joins[named->points[i]] != UINT32_MAX) out[count++] = joins[named->points[i]];
+  if (tw_sort(out, count, sizeof *out, tw_compare_uint32) != TW_OK) return false;
+  for (uint32_t i = 0; i < count; i++)
+    if (kept == 0 || out[i] != out[kept - 1]) out[kept++] = out[i];
+  named->points = out;
+  named->point_count = kept;
+  return true;
+}
+
 /* Sorts pairs of points and drops repeated ones. kept: how many stay. */
 static bool sort_pairs(uint32_t (*pairs)[2], uint32_t count, uint32_t *kept) {
   if (tw_sort(pairs, count, sizeof *pairs, compare_pairs) != TW_OK) return false;
@@ -456,8 +483,7 @@ static bool carry_named(const tw_change_maker *m, tw_named *named, uint32_t name
       next[i] = tw_corner_behind(c, f, i);
   for (uint32_t i = 0; has_room && i < named_count; i++)
     has_room = carry_list(m, &faces, &named[i].faces, &named[i].face_count) &&
-               carry_list(m, &points, &named[i].points, &named[i].point_count) &&
-               carry_edges(m, &edges, next, &named[i]);
+               carry_points(m, &points, &named[i]) && carry_edges(m, &edges, next, &named[i]);
   heirs_deinit(&faces);
   heirs_deinit(&points);
   heirs_deinit(&edges);

@@ -93,6 +93,8 @@ typedef struct tw_change {
   uint32_t *mix_offsets;    /* [mix_count + 1] */
   tw_term *terms;           /* [term_count] */
   double (*shifts)[3];      /* [point_count] displacement of each new point, or NULL */
+  const uint32_t *joins;    /* [old point_count] the new point that has each old one's place, or UINT32_MAX;
+                               NULL: no points are merged. Sharpness and names follow it */
 } tw_change;
 
 /* Checks the size against the limits and allocates. The editor must have its topology. TW_LIMIT,

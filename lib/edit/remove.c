@@ -13,7 +13,7 @@ typedef struct remover {
   tw_change change;
   uint8_t *is_gone;  /* [face_count] */
   uint32_t *becomes; /* [vertex_count] the old point that each is merged into, or itself */
-  uint32_t *points;  /* [vertex_count] its new point */
+  uint32_t *points;  /* [vertex_count] its new point, or UINT32_MAX */
 } remover;
 
 static tw_status begin(remover *r) {
@@ -77,6 +77,7 @@ static tw_status finish(remover *r, const uint8_t *doomed, const uint8_t *made, 
   if (term_count > 0 && !r->change.shifts) return tw_editor_no_memory(r->editor);
   for (uint32_t c = 0; c < t->corner_count; c++)
     if (!r->is_gone[t->corner_face[c]]) is_used[end_of(r, c)] = 1;
+  memset(r->points, 0xFF, t->vertex_count * sizeof *r->points);
   for (uint32_t p = 0; p < t->vertex_count; p++) {
     bool is_loose = t->fan_offsets[p] == t->fan_offsets[p + 1] && !doomed[p];
     if (r->becomes[p] != p || !(is_used[p] || is_loose)) continue;
@@ -84,6 +85,8 @@ static tw_status finish(remover *r, const uint8_t *doomed, const uint8_t *made, 
     r->points[p] = tw_change_point(&r->change, parent, made && made[p] ? TW_CHANGE_MADE : 0);
     if (p == merged) memcpy(r->change.shifts[r->points[p]], shift, sizeof(double[3]));
   }
+  for (uint32_t p = 0; p < t->vertex_count; p++) r->points[p] = r->points[r->becomes[p]];
+  r->change.joins = r->points;
   for (uint32_t f = 0; f < t->face_count; f++) {
     if (r->is_gone[f]) continue;
     for (uint32_t c = tw_face_begin(t, f); c < tw_face_begin(t, f) + tw_face_size(t, f); c++)

@@ -156,15 +156,17 @@ static int compare_candidates(const void *left, const void *right) {
   return a->edge < b->edge ? -1 : a->edge > b->edge;
 }
 
-static bool same_groups(const tw_mesh *mesh, const uint32_t faces[2]) {
-  return (!mesh->face_groups || mesh->face_groups[faces[0]] == mesh->face_groups[faces[1]]) &&
+/* is_hole: [face_count]. A hole beside a face of the surface would hide it, or be closed. */
+static bool same_groups(const tw_mesh *mesh, const uint8_t *is_hole, const uint32_t faces[2]) {
+  return is_hole[faces[0]] == is_hole[faces[1]] &&
+         (!mesh->face_groups || mesh->face_groups[faces[0]] == mesh->face_groups[faces[1]]) &&
          (!mesh->face_smoothing || mesh->face_smoothing[faces[0]] == mesh->face_smoothing[faces[1]]);
 }
 
 /* Lists the edges at which two selected triangles could become a quad, except creases and edges between
- * groups. is_kept: [edge_count] the creases. */
+ * groups, or at holes. is_kept: [edge_count] the creases. is_hole: [face_count]. */
 static uint32_t find_candidates(const tw_editor *e, const uint8_t *selected, const uint8_t *is_kept,
-                                candidate *out) {
+                                const uint8_t *is_hole, candidate *out) {
   const tw_topology *t = e->topology;
   uint32_t count = 0;
   for (uint32_t i = 0; i < t->edge_count; i++) {
@@ -172,7 +174,7 @@ static uint32_t find_candidates(const tw_editor *e, const uint8_t *selected, con
         .edge = i,
         .faces = {tw_corner_face(t, t->edge_corner[i]), tw_corner_face(t, t->sibling[t->edge_corner[i]])}};
     if (t->edge_flags[i] || is_kept[i] || !selected[c.faces[0]] || !selected[c.faces[1]] ||
-        !same_groups(&e->mesh, c.faces))
+        !same_groups(&e->mesh, is_hole, c.faces))
       continue;
     c.quality = tw_pair_quality(&e->mesh, c.faces[0], c.faces[1], c.quad);
     if (c.quality > 0) out[count++] = c;
@@ -204,13 +206,15 @@ tw_status tw_edit_quads(tw_editor *editor) {
   uint8_t *is_kept = tw_arena_alloc(editor->scratch, t->edge_count, 1);
   candidate *candidates = tw_arena_alloc_raw(editor->scratch, t->edge_count, sizeof *candidates);
   uint32_t *pair_of = tw_arena_alloc_raw(editor->scratch, t->face_count, sizeof *pair_of);
-  if (!is_kept || !candidates || !pair_of) return tw_editor_no_memory(editor);
+  uint8_t *is_hole = tw_arena_alloc(editor->scratch, t->face_count, 1);
+  if (!is_kept || !candidates || !pair_of || !is_hole) return tw_editor_no_memory(editor);
+  for (uint32_t i = 0; i < mesh->hole_count; i++) is_hole[mesh->holes[i]] = 1;
   for (uint32_t i = 0; i < mesh->crease_count; i++) {
     uint32_t edge =
         tw_topology_find_edge(t, mesh->crease_edges[2 * (size_t)i], mesh->crease_edges[2 * (size_t)i + 1]);
     if (edge != UINT32_MAX && mesh->crease_sharpness[i] > 0) is_kept[edge] = 1;
   }
-  uint32_t count = find_candidates(editor, selected, is_kept, candidates);
+  uint32_t count = find_candidates(editor, selected, is_kept, is_hole, candidates);
   status = tw_sort(candidates, count, sizeof *candidates, compare_candidates);
   if (status != TW_OK) return status == TW_NO_MEMORY ? tw_editor_no_memory(editor) : tw_editor_go_on(editor);
   memset(pair_of, 0xFF, t->face_count * sizeof *pair_of);

@@ -35,9 +35,10 @@ typedef enum part { PART_NAME, PART_POINTS, PART_UVS, PART_NORMALS, PART_FACES, 
 
 struct tw_obj_stream {
   tw_scene scene;
-  tw_surface_reader *reader; /* turned to the surface of `object` */
-  tw_placements places;      /* an object each */
-  uint32_t *namesakes;       /* [objects] the suffix that makes an object's name the only one; 0: none */
+  tw_surface_reader *reader;    /* turned to the surface of `object` */
+  tw_placements places;         /* an object each */
+  uint32_t *namesakes;          /* [objects] the suffix that makes an object's name the only one; 0: none */
+  uint32_t *material_namesakes; /* [materials] */
 
   /* Position: in `part` of `object`, at row, face or tag `next`. */
   uint32_t object;
@@ -156,17 +157,23 @@ static const char *own_name(const tw_model *model, uint32_t node) {
   return name ? name : model->meshes[model->nodes[node].mesh].name;
 }
 
-static void put_object_name(tw_obj_stream *stream) {
-  const tw_model *model = stream->scene.model;
-  char buffer[NAME_TEXT];
-  uint32_t node = shown_place(stream)->node, suffix = stream->namesakes[stream->object];
-  const char *name = own_name(model, node);
-  put_name(stream, "o ", name ? name : tw_model_node_name(model, node, buffer));
+/* A line with a name and, unless it is 0, a suffix that makes it the only one. */
+static void put_own_name(tw_obj_stream *stream, const char *keyword, const char *name, uint32_t suffix) {
+  put_name(stream, keyword, name);
   if (suffix == 0) return;
   stream->text_size--; /* the end of the line */
   *end_of(stream) = '_';
   stream->text_size = (size_t)(tw_print_count(end_of(stream) + 1, suffix) - stream->text);
   put_text(stream, "\n");
+}
+
+static void put_object_name(tw_obj_stream *stream) {
+  const tw_model *model = stream->scene.model;
+  char buffer[NAME_TEXT];
+  uint32_t node = shown_place(stream)->node;
+  const char *name = own_name(model, node);
+  put_own_name(stream, "o ", name ? name : tw_model_node_name(model, node, buffer),
+               stream->namesakes[stream->object]);
 }
 
 /* rows: the domain that they are counted in. */
@@ -285,14 +292,24 @@ static void put_normals(tw_obj_stream *stream) {
   put_rows(stream, "vn", stream->floats, 3, count);
 }
 
+/* The name of a material; where it has none, one made of its number. */
+static const char *material_name(const tw_model *model, uint32_t material, char buffer[NAME_TEXT]) {
+  if (model->material_names[material]) return model->material_names[material];
+  snprintf(buffer, NAME_TEXT, "material_%u", material);
+  return buffer;
+}
+
 static void put_material(tw_obj_stream *stream, int32_t face_material) {
-  int32_t material = tw_model_material(stream->scene.model, face_material);
+  const tw_model *model = stream->scene.model;
+  int32_t material = tw_model_material(model, face_material);
+  char buffer[NAME_TEXT];
   if (material == stream->material) return;
   stream->material = material;
-  const char *name = material < 0 ? "none" : stream->scene.model->material_names[material];
-  char buffer[24];
-  snprintf(buffer, sizeof buffer, "material_%d", (int)material);
-  put_name(stream, "usemtl ", name ? name : buffer);
+  if (material < 0)
+    put_name(stream, "usemtl ", "none");
+  else
+    put_own_name(stream, "usemtl ", material_name(model, (uint32_t)material, buffer),
+                 stream->material_namesakes[material]);
 }
 
 static void put_groups(tw_obj_stream *stream, uint32_t names) {
@@ -511,56 +528,76 @@ static size_t largest_piece(const tw_model *model, size_t corner_capacity) {
   return largest > tags ? largest : tags;
 }
 
-/* An object and its own name; "" for none: names made of numbers differ. */
-typedef struct named_object {
+/* What is written with a name: an object or a material. name: "" for none. */
+typedef struct named {
   const char *name;
-  uint32_t object;
-} named_object;
+  uint32_t index;
+} named;
 
 static int compare_named(const void *left, const void *right) {
-  const named_object *a = left, *b = right;
+  const named *a = left, *b = right;
   int order = strcmp(a->name, b->name);
-  return order ? order : a->object < b->object ? -1 : a->object > b->object;
+  return order ? order : a->index < b->index ? -1 : a->index > b->index;
 }
 
-static int compare_names(const void *name, const void *object) {
-  return strcmp(name, ((const named_object *)object)->name);
+static int compare_names(const void *name, const void *item) {
+  return strcmp(name, ((const named *)item)->name);
 }
 
-/* Whether an object's own name is this one with a suffix. whole: room for that name. */
-static bool is_taken(const named_object *all, uint32_t count, const char *name, uint32_t suffix, char *whole,
+/* Whether another name is this one with a suffix. whole: room for that name. */
+static bool is_taken(const named *all, uint32_t count, const char *name, uint32_t suffix, char *whole,
                      size_t size) {
   snprintf(whole, size, "%s_%u", name, suffix);
   return bsearch(whole, all, count, sizeof *all, compare_names);
 }
 
-/* Finds the suffixes of objects that have the name of an earlier one. */
-static bool tell_apart(tw_obj_stream *stream) {
-  const tw_placements *places = &stream->places;
-  named_object *all = tw_alloc(places->count, sizeof *all);
-  stream->namesakes = tw_alloc_zero(places->count, sizeof *stream->namesakes);
-  size_t size = stream->text_capacity;
+/* Finds the suffixes of what has the name of an earlier one: readers know objects and materials by their
+ * names. all: [count], which is sorted. size: room for a name and its suffix. */
+static bool suffix_namesakes(named *all, uint32_t count, size_t size, uint32_t *suffixes) {
   char *whole = tw_alloc(size, 1);
   uint32_t suffix = 1;
-  bool has_memory = all && whole && stream->namesakes;
-  for (uint32_t i = 0; has_memory && i < places->count; i++) {
-    const char *name = own_name(stream->scene.model, places->items[i].node);
-    bool is_instance = i > 0 && places->items[i].node == places->items[i - 1].node;
-    all[i] = (named_object){name ? name : "", i};
-    suffix = is_instance ? suffix + 1 : 1;
-    if (!name && is_instance) stream->namesakes[i] = suffix;
-  }
-  has_memory = has_memory && tw_sort(all, places->count, sizeof *all, compare_named) == TW_OK;
-  suffix = 1;
-  for (uint32_t i = 1; has_memory && i < places->count; i++) {
+  bool has_memory = whole && tw_sort(all, count, sizeof *all, compare_named) == TW_OK;
+  for (uint32_t i = 1; has_memory && i < count; i++) {
     bool is_namesake = *all[i].name && strcmp(all[i].name, all[i - 1].name) == 0;
     suffix = is_namesake ? suffix + 1 : 1;
     if (!is_namesake) continue;
-    while (is_taken(all, places->count, all[i].name, suffix, whole, size)) suffix++;
-    stream->namesakes[all[i].object] = suffix;
+    while (is_taken(all, count, all[i].name, suffix, whole, size)) suffix++;
+    suffixes[all[i].index] = suffix;
   }
-  tw_free(all);
   tw_free(whole);
+  return has_memory;
+}
+
+/* Objects without a name have numbers, which differ; instances of one node get suffixes. */
+static bool tell_objects_apart(tw_obj_stream *stream) {
+  const tw_placements *places = &stream->places;
+  named *all = tw_alloc(places->count, sizeof *all);
+  stream->namesakes = tw_alloc_zero(places->count, sizeof *stream->namesakes);
+  uint32_t suffix = 1;
+  bool has_memory = all && stream->namesakes;
+  for (uint32_t i = 0; has_memory && i < places->count; i++) {
+    const char *name = own_name(stream->scene.model, places->items[i].node);
+    bool is_instance = i > 0 && places->items[i].node == places->items[i - 1].node;
+    all[i] = (named){name ? name : "", i};
+    suffix = is_instance ? suffix + 1 : 1;
+    if (!name && is_instance) stream->namesakes[i] = suffix;
+  }
+  has_memory = has_memory && suffix_namesakes(all, places->count, stream->text_capacity, stream->namesakes);
+  tw_free(all);
+  return has_memory;
+}
+
+static bool tell_materials_apart(tw_obj_stream *stream) {
+  const tw_model *model = stream->scene.model;
+  uint32_t count = model->material_count;
+  named *all = tw_alloc(count, sizeof *all);
+  char(*made)[NAME_TEXT] = tw_alloc(count, sizeof *made);
+  stream->material_namesakes = tw_alloc_zero(count, sizeof *stream->material_namesakes);
+  bool has_memory = all && made && stream->material_namesakes;
+  for (uint32_t i = 0; has_memory && i < count; i++) all[i] = (named){material_name(model, i, made[i]), i};
+  has_memory = has_memory && suffix_namesakes(all, count, stream->text_capacity, stream->material_namesakes);
+  tw_free(made);
+  tw_free(all);
   return has_memory;
 }
 
@@ -579,7 +616,7 @@ static bool allocate(tw_obj_stream *stream) {
   stream->text = tw_alloc(stream->text_capacity, 1);
   stream->reader = tw_surface_reader_create_shared(stream->scene.surfaces, model->mesh_count, 0);
   return stream->text && stream->reader && tw_placements_find(&stream->scene, &stream->places) &&
-         tell_apart(stream);
+         tell_objects_apart(stream) && tell_materials_apart(stream);
 }
 
 tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_error *error) {
@@ -612,6 +649,7 @@ void tw_obj_stream_destroy(tw_obj_stream *stream) {
   for (int i = 0; i < DOMAINS; i++) tw_free(stream->corners[i]);
   tw_placements_deinit(&stream->places);
   tw_free(stream->namesakes);
+  tw_free(stream->material_namesakes);
   tw_free(stream->text);
   tw_free(stream);
 }

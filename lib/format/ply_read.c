@@ -681,8 +681,10 @@ static void lose_rest(ply_file *file) {
 }
 
 bool tw_is_ply(const uint8_t *bytes, size_t size) {
-  return size >= 4 && memcmp(bytes, "ply", 3) == 0 &&
-         (is_blank((char)bytes[3]) || bytes[3] == '\n' || bytes[3] == '\r');
+  size_t first = tw_byte_order_mark(bytes, size);
+  const uint8_t *word = bytes + first;
+  return size - first >= 4 && memcmp(word, "ply", 3) == 0 &&
+         (is_blank((char)word[3]) || word[3] == '\n' || word[3] == '\r');
 }
 
 /* Reads the coordinates of a vertex; its other numbers are passed over. */
@@ -757,7 +759,7 @@ tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
   tw_status status = model && file ? TW_OK : tw_fail(error, TW_NO_MEMORY, "out of memory");
   if (status == TW_OK) {
     model->format = TW_FORMAT_PLY;
-    file->at = bytes;
+    file->at = bytes + tw_byte_order_mark(bytes, size);
     file->end = bytes + size;
     file->error = error;
     status = read_file(file, weld, tw_reading_size(TW_FORMAT_PLY, size) - size, model);

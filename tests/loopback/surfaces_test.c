@@ -888,6 +888,28 @@ TEST_WITH(what_a_form_cannot_follow_is_told, setup, fixture_stop) {
   }
 }
 
+/* A hole is no face of an OBJ, and tags beside it would make another surface. Deeper levels are no cages. */
+TEST_WITH(holes_that_an_obj_is_without_are_told, setup, fixture_stop) {
+  const fixture *f = *state;
+  char id[API_ID_TEXT], told[400];
+  loopback_upload(f->loop, "model/obj",
+                  "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nf 1 2 5 4\nf 2 3 6 5\n"
+                  "t crease 2/1/0 0 1 2\nt hole 1/0/0 1\n",
+                  id);
+  for (int level = 0; level < 2; level++) {
+    char rest[40];
+    snprintf(rest, sizeof rest, "surface.obj?level=%d", level);
+    reply r = model_get_ok(f->loop, id, rest);
+    read_warning(&r, told, sizeof told);
+    assert_string_equal(told, level == 0
+                                  ? "1; surface.obj is without the holes, creases and corners of 1 mesh "
+                                    "that has holes"
+                                  : "");
+    assert_null(strstr(r.body, "t crease"));
+    reply_free(&r);
+  }
+}
+
 /* Each level as surface.json has it, and with its error; the last one is over the limit. */
 TEST(all_levels_are_told_at_once) {
   api_settings settings = loopback_settings();

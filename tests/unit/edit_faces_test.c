@@ -119,6 +119,44 @@ TEST(a_crease_stays_where_its_ends_do) {
   edited_deinit(&e);
 }
 
+/* The same rule as for creases that become one: the greatest sharpness stays, whichever point is the first.
+ */
+TEST(a_sharp_point_stays_sharp_where_it_is_merged) {
+  tw_mesh mesh = cube();
+  for (uint32_t sharper = 4; sharper <= 5; sharper++) {
+    tw_edit edits[3] = {
+        {.kind = TW_EDIT_CORNER, .selection = LIST(TW_EDIT_VERTICES, 4, 5), .sharpness = 1},
+        {.kind = TW_EDIT_CORNER, .selection = LIST(TW_EDIT_VERTICES, sharper), .sharpness = 3},
+        merge((tw_selection)LIST(TW_EDIT_VERTICES, 4, 5), -1)};
+    for (int by_distance = 0; by_distance < 2; by_distance++) {
+      edits[2].merge.distance = by_distance ? 2 : -1;
+      edited e = edit(&mesh, edits, 3);
+      assert_counts(&e, 7, 11, 6, 0);
+      assert_int_equal(e.mesh.sharp_point_count, 1);
+      assert_int_equal(e.mesh.sharp_points[0], 4);
+      assert_true(e.mesh.point_sharpness[0] == 3);
+      edited_deinit(&e);
+    }
+  }
+}
+
+/* What was named 4, 5 and 6 is, as 4 and 5 are one, 4 and 5. */
+TEST(names_follow_points_that_are_merged) {
+  tw_mesh mesh = cube();
+  tw_edit edits[2] = {
+      {.kind = TW_EDIT_MOVE, .selection = LIST(TW_EDIT_VERTICES, 4, 5, 6), .name = "moved", .move.by = {0}},
+      merge((tw_selection)LIST(TW_EDIT_VERTICES, 4, 5), -1)};
+  for (int by_distance = 0; by_distance < 2; by_distance++) {
+    edits[1].merge.distance = by_distance ? 2 : -1;
+    edited e = edit(&mesh, edits, 2);
+    assert_string_equal(e.made[0].name, "moved");
+    assert_int_equal(e.made[0].vertex_count, 2);
+    assert_int_equal(e.made[0].vertices[0], 4);
+    assert_int_equal(e.made[0].vertices[1], 5);
+    edited_deinit(&e);
+  }
+}
+
 TEST(all_of_one_point_leave_nothing) {
   tw_mesh mesh = cube();
   edited e = edit_once(&mesh, merge(all_vertices, -1));
@@ -344,5 +382,28 @@ TEST(creases_keep_triangles_apart) {
                       {.kind = TW_EDIT_QUADS}};
   edited e = edit(&mesh, edits, 3);
   assert_counts(&e, 4, 5, 2, 4);
+  edited_deinit(&e);
+}
+
+/* A quad of both would hide the surface of one half or give the other one to it. */
+TEST(holes_keep_triangles_apart) {
+  grid_mesh grid;
+  tw_mesh mesh = grid_of(&grid, 1, 1);
+  for (uint32_t hole = 0; hole < 2; hole++) {
+    tw_edit edits[3] = {{.kind = TW_EDIT_TRIANGULATE},
+                        {.kind = TW_EDIT_HOLE, .selection = LIST(TW_EDIT_FACES, hole), .sharpness = 1},
+                        {.kind = TW_EDIT_QUADS}};
+    edited e = edit(&mesh, edits, 3);
+    assert_counts(&e, 4, 5, 2, 4);
+    assert_int_equal(e.mesh.hole_count, 1);
+    assert_int_equal(e.mesh.holes[0], hole);
+    edited_deinit(&e);
+  }
+  tw_edit both[3] = {{.kind = TW_EDIT_TRIANGULATE},
+                     {.kind = TW_EDIT_HOLE, .selection = LIST(TW_EDIT_FACES, 0, 1), .sharpness = 1},
+                     {.kind = TW_EDIT_QUADS}};
+  edited e = edit(&mesh, both, 3);
+  assert_counts(&e, 4, 4, 1, 4);
+  assert_int_equal(e.stats.holes, 1);
   edited_deinit(&e);
 }

@@ -624,6 +624,33 @@ TEST(normals_of_targets_displace_those_of_the_file_alone) {
   tw_model_destroy(model);
 }
 
+/* The second has a number beyond 1e18, the third none. */
+TEST(normals_of_targets_that_are_no_numbers_are_told) {
+  struct {
+    float positions[4][3], normals[4][3], displaced[4][3];
+  } all = {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}},
+           {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {0, 0, 1}},
+           {{1, 0, 0}, {0, 2e18f, 0}, {0, NAN, 1}, {0, 1, 0}}};
+  const char *json =
+      "{" ASSET ",'buffers':[{'byteLength':144}],'bufferViews':[{'buffer':0,'byteLength':144}],"
+      "'accessors':[{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3'},"
+      "{'bufferView':0,'byteOffset':48,'componentType':5126,'count':4,'type':'VEC3'},"
+      "{'bufferView':0,'byteOffset':96,'componentType':5126,'count':4,'type':'VEC3'}],"
+      "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'NORMAL':1},'mode':6,"
+      "'targets':[{'POSITION':1,'NORMAL':2}]}]}]}";
+  tw_model *model = glb_read(json, &all, sizeof all);
+  const tw_mesh *mesh = &model->meshes[0];
+  static const float expected[4][3] = {{1, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 1, 0}};
+  for (uint32_t c = 0; c < mesh->corner_count; c++) {
+    const float *at = mesh->positions + 3 * mesh->corners[c];
+    uint32_t vertex = (uint32_t)(at[1] > 0 ? 3 - at[0] : at[0]); /* of the file */
+    assert_memory_equal(mesh->morph_normals[0] + 3 * mesh->normals.corners[c], expected[vertex],
+                        sizeof expected[vertex]);
+  }
+  assert_true(warns_of(model, "2 NORMALs of morph targets are 0 0 0: they are no numbers up to 1e18"));
+  tw_model_destroy(model);
+}
+
 /* Each holds as many bytes as the mesh has corners, twelve times. */
 TEST(normals_of_too_many_targets_are_warned_of) {
   enum { CORNERS = 12288, VERTICES = 32 };

@@ -328,3 +328,32 @@ TEST(tags_in_blocks_of_any_size) {
   free(whole);
   fixture_deinit(&f);
 }
+
+/* As objects of one name do. A file of glTF may have such materials, and readers of OBJ know them by their
+ * names. */
+TEST(materials_of_one_name_are_told_apart) {
+  written w = begin("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nv 2 2 0\n"
+                    "usemtl a\nf 1 2 3\nusemtl b\nf 3 2 4\nusemtl c\nf 4 2 5\nusemtl d\nf 4 5 6\n");
+  tw_model *model = w.f.model;
+  assert_int_equal(model->material_count, 4);
+  const char *names[4] = {"x", "x", NULL, "material_2"};
+  model->material_names = names;
+  write(&w, false);
+  const char *at = w.text;
+  static const char *const expected[] = {"x", "x_2", "material_2", "material_2_2"};
+  for (int i = 0; i < 4; i++) {
+    char line[40];
+    snprintf(line, sizeof line, "usemtl %s\nf ", expected[i]);
+    at = strstr(at, line);
+    assert_non_null(at);
+    at++;
+  }
+  end(&w);
+  w = begin("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nusemtl a\nf 1 2 3\nusemtl b\nf 3 2 4\n"
+            "usemtl c\nf 4 2 5\n");
+  const char *taken[3] = {"x", "x", "x_2"};
+  w.f.model->material_names = taken;
+  write(&w, false);
+  assert_non_null(strstr(w.text, "usemtl x_3\nf "));
+  end(&w);
+}

@@ -113,6 +113,15 @@ TEST(text_is_welded_and_degenerate_faces_go) {
   tw_model_destroy(model);
 }
 
+/* As of OBJ, STL and BVH: some editors put one before UTF-8. */
+TEST(text_may_begin_with_a_byte_order_mark) {
+  char text[sizeof square + 3] = "\xEF\xBB\xBF";
+  strcat(text, square);
+  tw_model *model = read_text(text);
+  assert_square(model);
+  tw_model_destroy(model);
+}
+
 static uint8_t *put(uint8_t *out, const void *value, size_t size, bool reverse) {
   const uint8_t *bytes = value;
   for (size_t i = 0; i < size; i++) *out++ = bytes[reverse ? size - 1 - i : i];

@@ -376,14 +376,17 @@ private:
     }
     spend_morphs(numbers);
     const float **out = allocate<const float *>(document_, mesh_.morph_count);
+    uint64_t unusable = 0;
     for (size_t target = 0; target < mesh_.morph_count; target++) {
       float *rows = allocate_zero<float>(document_, 3 * size_t{mesh_.normals.value_count});
       for (uint32_t v = 0; v < mesh_.normals.value_count; v++) {
         const Elements *elements = opened_.of(v).morph_normals[target];
-        if (elements) read_usable(*elements, element_[v], rows + 3 * size_t{v});
+        if (elements) unusable += !read_usable(*elements, element_[v], rows + 3 * size_t{v});
       }
       out[target] = rows;
     }
+    document_.outline.lose("NORMAL of a morph target is 0 0 0: it has no numbers up to 1e18",
+                           "NORMALs of morph targets are 0 0 0: they are no numbers up to 1e18", unusable);
     mesh_.morph_normals = out;
   }
 };
