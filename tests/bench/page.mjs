@@ -1,5 +1,7 @@
 // Prints the processor time of all of a browser's processes until the page has shown its first picture, beside that of a page
 // which only clears a canvas: in a new tab of a browser that runs, with an empty cache, and of a browser that is started for it.
+// Of the tab, also by process: the page's own (scripts, layout, raster of what is no WebGL), the GPU process (WebGL by SwiftShader,
+// which stands in for a graphics card, and the composition of the window), and all others (network, the browser itself).
 // Then the longest tasks of the page while a hand turns a scan of 300,000 triangles, which is drawn without a graphics card.
 // usage: node tests/bench/page.mjs BUILD-FOLDER
 import { readdirSync, readFileSync } from 'node:fs';
@@ -17,20 +19,29 @@ const TICK = 10; // ms
 const TURN_MS = 5000;
 process.env.TESTED_BINARY = join(build, 'tweend');
 
-/** Milliseconds of processor time that a process and those that it started have used. */
+const KINDS = { renderer: "the page's own process", 'gpu-process': 'the GPU process', other: 'all others' };
+
+/** Milliseconds of processor time that a process and those that it started have used: {all, and of each of KINDS}. */
 function processorTime(first) {
   const started = new Map();
   for (const pid of readdirSync('/proc').filter((name) => /^\d+$/.test(name))) {
     try {
       const stat = readFileSync(`/proc/${pid}/stat`, 'utf8');
       const fields = stat.slice(stat.lastIndexOf(')') + 2).split(' ').map(Number);
-      started.set(Number(pid), { parent: fields[1], ticks: fields[11] + fields[12] + fields[13] + fields[14] });
+      const [, type] = /--type=([\w-]+)/.exec(readFileSync(`/proc/${pid}/cmdline`, 'utf8')) ?? [];
+      started.set(Number(pid), { parent: fields[1], ticks: fields[11] + fields[12] + fields[13] + fields[14], kind: type in KINDS ? type : 'other' });
     } catch {
       // it has ended
     }
   }
   const isOwn = (pid) => pid === first || (started.has(pid) && isOwn(started.get(pid).parent));
-  return TICK * [...started].reduce((sum, [pid, { ticks }]) => sum + (isOwn(pid) ? ticks : 0), 0);
+  const took = { all: 0, ...Object.fromEntries(Object.keys(KINDS).map((kind) => [kind, 0])) };
+  for (const [pid, { ticks, kind }] of started) {
+    if (!isOwn(pid)) continue;
+    took.all += TICK * ticks;
+    took[kind] += TICK * ticks;
+  }
+  return took;
 }
 
 /** A ball with dents and noise as OBJ, of 4 n² triangles. */
@@ -113,8 +124,8 @@ const BLANK = `data:text/html,${encodeURIComponent(`<canvas width="900" height="
   canvas.dataset.frames = 1;
 })</script>`)}`;
 
-/** Milliseconds of processor time until a page has shown its first picture: {tab: of its tab in a browser that has shown another,
- *  browser: of a browser that shows nothing else}, and of the clock. */
+/** Milliseconds of processor time until a page has shown its first picture: {tab: of its tab in a browser that has shown another, and
+ *  of that by KINDS, browser: of a browser that shows nothing else}, and of the clock. */
 async function firstPicture(url) {
   const took = {};
   for (const where of ['tab', 'browser']) {
@@ -123,9 +134,11 @@ async function firstPicture(url) {
       if (where === 'tab') await (await browser.tab(DESKTOP.viewport)).open(BLANK);
       const tab = await browser.tab(DESKTOP.viewport);
       await pause(START_MS);
-      const before = where === 'tab' ? processorTime(browser.process.pid) : 0;
+      const before = processorTime(browser.process.pid);
       took.clock = await tab.open(url);
-      took[where] = processorTime(browser.process.pid) - before;
+      const after = processorTime(browser.process.pid);
+      took[where] = after.all - (where === 'tab' ? before.all : 0);
+      if (where === 'tab') for (const kind of Object.keys(KINDS)) took[kind] = after[kind] - before[kind];
     } finally {
       await browser.close();
     }
@@ -143,6 +156,7 @@ async function comparePictures(daemon) {
   for (const [name, all] of Object.entries(took)) {
     const told = (what) => `${middle(all.map((one) => one[what]))} ms, at least ${Math.min(...all.map((one) => one[what]))}`;
     console.log(`${name}: first picture after ${Math.round(middle(all.map(({ clock }) => clock)))} ms; processor time of the tab ${told('tab')}, of the whole browser ${told('browser')}`);
+    console.log(`  of the tab: ${Object.entries(KINDS).map(([kind, text]) => `${text} ${told(kind)}`).join('; ')}`);
   }
 }
 
