@@ -299,6 +299,7 @@ void srv_connections_sweep(srv_loop *l) {
     srv_connections_listen(l);
   for (srv_connection *c = l->connections; c; c = c->next) {
     if (draining) srv_note_unsent(c);
+    if (c->waits && c->watch.phase == SRV_PHASE_SEND) srv_watch_rest(&c->watch); /* for a compute thread */
     if (c->watch.phase == SRV_PHASE_WORK && srv_exchange_give_up(&c->exchange))
       srv_hand_back(c);
     else if (srv_watch_expired(&c->watch, &l->http->patience, draining, now, bytes_moved(c)))

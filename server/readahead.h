@@ -5,7 +5,8 @@
  * that computing would hold it up. So a slow reader occupies no thread and, once it has read the ring empty,
  * no memory. The ring counts in the memory budget; a reader for which there is no room goes without.
  *
- * Slow bodies (api_body.is_slow) are read by compute threads alone, a block at a time, after all other jobs.
+ * Slow bodies (api_body.is_slow) are read by compute threads alone, a block at a time, after all other jobs
+ * (srv_work_give_way).
  */
 #ifndef SRV_READAHEAD_H
 #define SRV_READAHEAD_H

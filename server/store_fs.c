@@ -9,7 +9,8 @@
  * renaming a whole one over it.
  *
  * Processes, containers and hosts may share the folder. They need no locks: names in tmp/ are random, and a
- * rename either creates a name or finds that it exists.
+ * rename either creates a name or finds that it exists. Within this process an object and its summary are
+ * written, and removed, under a lock: of uploads of a model at once, the first one's summary counts.
  *
  * Everything created below the folder gives the folder's group the rights that it has on the folder, so that
  * processes of several users can share it.
@@ -30,6 +31,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <nettle/sha2.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -39,6 +41,7 @@
 
 enum {
   PIECE = 64 << 10,
+  LOCKS = 64,
   LEFTOVER_AGE_S = 3600 /* longer than any upload writes, even on hosts with inexact clocks */
 };
 
@@ -50,6 +53,7 @@ struct srv_store_fs {
   srv_store_quota quota;
   uint64_t min_free; /* see srv_store_fs_limit */
   srv_verdicts *verdicts;
+  pthread_mutex_t changing[LOCKS]; /* by id: held while a model is stored or removed */
   srv_prober prober;
 };
 
@@ -161,6 +165,7 @@ static bool prepare_root(srv_store_fs *store) {
 }
 
 static void destroy(srv_store_fs *store) {
+  for (size_t i = 0; i < LOCKS; i++) pthread_mutex_destroy(&store->changing[i]);
   srv_store_quota_deinit(&store->quota);
   srv_verdicts_destroy(store->verdicts);
   free(store);
@@ -182,6 +187,7 @@ srv_store_fs *srv_store_fs_open(const char *flag, const char *root, srv_error *e
     return NULL;
   }
   store->verdicts = verdicts;
+  for (size_t i = 0; i < LOCKS; i++) pthread_mutex_init(&store->changing[i], NULL);
   strcpy(store->root, root);
   srv_path temporary = srv_store_folder_path(store->root, "tmp");
   memcpy(store->temporary, temporary.text, sizeof store->temporary);
@@ -295,13 +301,15 @@ static char *summary_of(void *context, const char *id) {
   return srv_store_is_id(id) && access(name.text, F_OK) == 0 ? srv_store_read_summary(store->root, id) : NULL;
 }
 
-/* Writes the summary if there is none. A failure is only logged: the model is stored without it. */
+/* Writes the summary if there is none: over a lost one, but not over one that another process has written
+ * meanwhile. A failure is only logged: the model is stored without it. */
 static void put_summary(const srv_store_fs *store, const char *id, const char *summary) {
   srv_path folder = srv_store_prefix_path(store->root, "summaries", id),
            name = srv_store_summary_path(store->root, id);
   char *known = srv_store_read_summary(store->root, id);
   api_bytes text = {(const uint8_t *)summary, strlen(summary)};
-  if (!known && (!make_folder(store, folder.text) || place(store, name.text, text, true) != PLACED))
+  bool is_lost = !known && access(name.text, F_OK) == 0;
+  if (!known && (!make_folder(store, folder.text) || place(store, name.text, text, is_lost) == PLACE_FAILED))
     srv_log(SRV_LOG_WARN, "store: cannot write the summary of model %s: %s", id, strerror(errno));
   free(known);
 }
@@ -312,10 +320,14 @@ static api_store_status room(void *context, uint64_t size) {
   return srv_disk_has_room(store->root, store->min_free, size) ? API_STORE_OK : API_STORE_FULL;
 }
 
-static api_store_status put(void *context, const char *id, api_bytes bytes, const char *summary,
-                            bool *existed) {
-  srv_store_fs *store = context;
-  if (!srv_store_is_id(id)) return API_STORE_UNAVAILABLE;
+/* The lock for changing a model. Ids are hashes: any of their digits tell them apart. */
+static pthread_mutex_t *lock_of(srv_store_fs *store, const char *id) {
+  const char first[] = {id[0], id[1], '\0'};
+  return &store->changing[strtoul(first, NULL, 16) % LOCKS];
+}
+
+static api_store_status put_locked(srv_store_fs *store, const char *id, api_bytes bytes, const char *summary,
+                                   bool *existed) {
   srv_path objects = srv_store_folder_path(store->root, "objects"),
            folder = srv_store_prefix_path(store->root, "objects", id);
   srv_path name = srv_store_object_path(store->root, id);
@@ -343,9 +355,17 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
   return API_STORE_OK;
 }
 
-static api_store_status drop(void *context, const char *id) {
+static api_store_status put(void *context, const char *id, api_bytes bytes, const char *summary,
+                            bool *existed) {
   srv_store_fs *store = context;
-  if (!srv_store_is_id(id)) return API_STORE_ABSENT;
+  if (!srv_store_is_id(id)) return API_STORE_UNAVAILABLE;
+  pthread_mutex_lock(lock_of(store, id));
+  api_store_status status = put_locked(store, id, bytes, summary, existed);
+  pthread_mutex_unlock(lock_of(store, id));
+  return status;
+}
+
+static api_store_status drop_locked(srv_store_fs *store, const char *id) {
   srv_path folder = srv_store_prefix_path(store->root, "objects", id),
            object = srv_store_object_path(store->root, id);
   srv_path summary = srv_store_summary_path(store->root, id);
@@ -358,6 +378,15 @@ static api_store_status drop(void *context, const char *id) {
   unlink(summary.text);
   srv_verdicts_forget(store->verdicts, id);
   return sync_folder(folder.text) ? API_STORE_OK : srv_store_unavailable("cannot sync");
+}
+
+static api_store_status drop(void *context, const char *id) {
+  srv_store_fs *store = context;
+  if (!srv_store_is_id(id)) return API_STORE_ABSENT;
+  pthread_mutex_lock(lock_of(store, id));
+  api_store_status status = drop_locked(store, id);
+  pthread_mutex_unlock(lock_of(store, id));
+  return status;
 }
 
 /* ---- judging files --------------------------------------------------------------------------- */

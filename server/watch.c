@@ -18,6 +18,10 @@ bool srv_watch_paces(const srv_watch *watch) {
   return watch->phase == SRV_PHASE_BODY || watch->phase == SRV_PHASE_SEND || watch->phase == SRV_PHASE_LIVE;
 }
 
+void srv_watch_rest(srv_watch *watch) {
+  watch->marked = false;
+}
+
 uint64_t srv_watch_moved(int fd, uint64_t counted) {
   struct tcp_info info;
   socklen_t size = sizeof info;

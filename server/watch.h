@@ -39,6 +39,9 @@ void srv_watch_enter(srv_watch *watch, srv_phase phase, uint64_t now_ms);
 /* Whether the client must send or receive bytes now: at the minimum rate or, of a live stream, any at all. */
 bool srv_watch_paces(const srv_watch *watch);
 
+/* Forgets the rate so far. Call while the client can neither send nor receive, as it waits for the daemon. */
+void srv_watch_rest(srv_watch *watch);
+
 /* Bytes that the client has sent and acknowledged on this socket, by the kernel's count, which does not
  * include bytes in send buffers. counted: the caller's own count, used for sockets that are not TCP. */
 uint64_t srv_watch_moved(int fd, uint64_t counted);

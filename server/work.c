@@ -2,7 +2,10 @@
  * less, so the lock is never contended enough to matter.
  *
  * A job that takes long gives up its turn: another thread then runs what waits, so that long jobs never keep
- * short ones waiting. How many jobs may take long at once is limited. */
+ * short ones waiting. How many jobs may take long at once is limited.
+ *
+ * Jobs that give way would wait without end on a busy daemon: so one of them a second goes before all others.
+ */
 #include "work.h"
 
 #include "machine.h"
@@ -24,6 +27,7 @@ typedef struct loop {
 } loop;
 
 static const uint64_t LONG_NS = 50000000; /* a job that has run this long gives up its turn */
+static const uint64_t DUE_NS = 1000000000;
 
 typedef struct srv_worker srv_worker;
 
@@ -37,6 +41,8 @@ struct srv_work {
   pthread_cond_t wake;
   job_list resumed, queued; /* resumed jobs go first */
   job_list yielding;        /* from srv_work_give_way; do not count as waiting */
+  uint64_t due_ns;          /* when the first of these goes before all others */
+  size_t giving_way;        /* running jobs that were in `yielding` */
   loop *loops;
   size_t queue_max, waiting, running;
   size_t admitted;       /* waiting jobs from srv_work_submit */
@@ -65,8 +71,16 @@ static srv_job *take_first(job_list *list) {
   return job;
 }
 
-static srv_job *take(srv_work *work) {
-  if (work->waiting == 0) return take_first(&work->yielding);
+/* Whether a job that gives way has waited for long enough, and so has its turn like any other. */
+static bool is_due(const srv_work *work) {
+  return work->yielding.first && work->giving_way < work->turns && srv_now_ns() >= work->due_ns;
+}
+
+static srv_job *take(srv_work *work, bool gives_way) {
+  if (gives_way) {
+    work->due_ns = srv_now_ns() + DUE_NS;
+    return take_first(&work->yielding);
+  }
   srv_job *job = take_first(work->resumed.first ? &work->resumed : &work->queued);
   work->waiting--;
   work->admitted -= job->is_admitted;
@@ -124,12 +138,15 @@ static size_t taken_turns(const srv_work *work, uint64_t *next_ns) {
 static bool await_turn(srv_work *work) {
   for (;;) {
     uint64_t next_ns = UINT64_MAX;
-    bool has_job = work->waiting > 0, has_turn = has_job && taken_turns(work, &next_ns) < work->turns;
+    bool has_job = work->waiting > 0 || is_due(work),
+         has_turn = has_job && taken_turns(work, &next_ns) < work->turns;
     bool has_rest = work->loops || (!has_job && work->yielding.first);
     if (has_turn || (has_rest && work->running < work->turns)) return true;
     if (work->stopping && !has_job && !has_rest) return false;
     if (has_job && next_ns != UINT64_MAX)
       srv_timed_wait(&work->wake, &work->lock, next_ns);
+    else if (!has_job && work->yielding.first && work->giving_way < work->turns)
+      srv_timed_wait(&work->wake, &work->lock, work->due_ns);
     else
       pthread_cond_wait(&work->wake, &work->lock);
   }
@@ -141,8 +158,10 @@ static void *run_worker(void *context) {
   pthread_mutex_lock(&work->lock);
   while (await_turn(work)) {
     work->running++;
-    if (work->waiting > 0 || !work->loops) {
-      srv_job *job = take(work);
+    bool gives_way = is_due(work) || (work->waiting == 0 && !work->loops);
+    if (work->waiting > 0 || gives_way) {
+      srv_job *job = take(work, gives_way);
+      work->giving_way += gives_way;
       worker->has_job = true;
       worker->began_ns = srv_now_ns();
       /* Whoever waited without a limit has to look at this job's time too. */
@@ -151,6 +170,7 @@ static void *run_worker(void *context) {
       job->run(job);
       pthread_mutex_lock(&work->lock);
       worker->has_job = false;
+      work->giving_way -= gives_way;
     } else {
       help(work, work->loops);
     }
@@ -231,6 +251,7 @@ void srv_work_resume(srv_work *work, srv_job *job) {
 void srv_work_give_way(srv_work *work, srv_job *job) {
   pthread_mutex_lock(&work->lock);
   job->is_admitted = false;
+  if (!work->yielding.first) work->due_ns = srv_now_ns() + DUE_NS;
   put_last(work, &work->yielding, job);
   pthread_mutex_unlock(&work->lock);
 }

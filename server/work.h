@@ -30,8 +30,8 @@ bool srv_work_submit(srv_work *work, srv_job *job);
  * submitted jobs, after those that were resumed earlier. Any thread. */
 void srv_work_resume(srv_work *work, srv_job *job);
 
-/* Queues a job that gives way to all others: it runs when no other waits. At most `threads` of these run at
- * once, however long they take. Any thread. */
+/* Queues a job that gives way to all others: it runs when no other waits, but one of these a second runs even
+ * so. At most `threads` of these run at once, however long they take. Any thread. */
 void srv_work_give_way(srv_work *work, srv_job *job);
 
 /* As srv_work_resume for work that pays off only on an idle core; false when there is none. The pool has a

@@ -8,10 +8,11 @@
 #include <assert.h>
 #include <pthread.h>
 #include <stdatomic.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { BUCKETS = 8192, CHAIN_MOST = 64 };
+enum { BUCKETS = 8192, CHAIN_MOST = 64, ID_LENGTH = API_ID_TEXT - 1 };
 
 typedef enum entry_state {
   BUILDING, /* a thread is building the value */
@@ -19,6 +20,13 @@ typedef enum entry_state {
   READY,
   FAILED /* no longer listed; requests that waited read the fault */
 } entry_state;
+
+/* A model's id in the key of a listed entry, in a table by ids. */
+typedef struct mention {
+  struct mention *next, **link; /* link: what points to this one */
+  const char *id;               /* [ID_LENGTH], in the key */
+  api_entry *entry;
+} mention;
 
 struct api_entry {
   api_cache *cache;
@@ -32,8 +40,12 @@ struct api_entry {
   api_entry *next_promised;  /* promised by the same ticket */
   api_entry *next_in_bucket; /* or in a chain of entries to destroy */
   api_entry *newer, *older;  /* in the list of idle entries */
+  size_t mention_count;
+  mention *mentions; /* [mention_count], behind the key */
   char key[];
 };
+
+_Static_assert(offsetof(api_entry, key) % _Alignof(mention) == 0, "mentions follow the key");
 
 /* The counts of one kind of values. */
 typedef struct tally {
@@ -47,6 +59,7 @@ struct api_cache {
   uint64_t idle_max, idle_size;
   api_entry *newest, *oldest; /* of the idle entries */
   api_entry *buckets[BUCKETS];
+  mention *mentions[BUCKETS];
 };
 
 api_cache *api_cache_create(uint64_t idle_max, api_budget *budget) {
@@ -101,6 +114,49 @@ static void unlink_bucket(api_cache *cache, api_entry *entry) {
   entry->next_in_bucket = NULL;
 }
 
+/* The place in the table of an id. Seeded, as clients may choose ids. */
+static mention **mentions_of(api_cache *cache, const char *id) {
+  uint64_t hash = (uintptr_t)cache, word;
+  for (size_t i = 0; i < ID_LENGTH; i += sizeof word) {
+    memcpy(&word, id + i, sizeof word);
+    hash = (hash ^ word) * UINT64_C(0x9E3779B97F4A7C15);
+    hash ^= hash >> 32;
+  }
+  return &cache->mentions[hash % BUCKETS];
+}
+
+static bool is_id(const char *text) {
+  for (size_t i = 0; i < ID_LENGTH; i++)
+    if (!(text[i] >= '0' && text[i] <= '9') && !(text[i] >= 'a' && text[i] <= 'f')) return false;
+  return true;
+}
+
+/* The first id in the key that a '/' at `from` or behind it follows; NULL: none. */
+static const char *next_mention(const char *key, const char *from) {
+  for (const char *end = strchr(from, '/'); end; end = strchr(end + 1, '/'))
+    if (end - key >= ID_LENGTH && is_id(end - ID_LENGTH)) return end - ID_LENGTH;
+  return NULL;
+}
+
+static void link_mentions(api_cache *cache, api_entry *entry) {
+  const char *id = next_mention(entry->key, entry->key);
+  for (size_t i = 0; i < entry->mention_count; i++) {
+    mention **place = mentions_of(cache, id), *m = &entry->mentions[i];
+    *m = (mention){.next = *place, .link = place, .id = id, .entry = entry};
+    if (m->next) m->next->link = &m->next;
+    *place = m;
+    id = next_mention(entry->key, id + ID_LENGTH + 1);
+  }
+}
+
+static void unlink_mentions(api_entry *entry) {
+  for (size_t i = 0; i < entry->mention_count; i++) {
+    mention *m = &entry->mentions[i];
+    *m->link = m->next;
+    if (m->next) m->next->link = m->link;
+  }
+}
+
 static bool is_idle(const api_entry *entry) {
   return entry->is_listed && entry->state == READY && entry->references == 1;
 }
@@ -129,6 +185,7 @@ static void add_to_chain(api_entry *entry, api_entry **chain) {
 static void unlist(api_cache *cache, api_entry *entry, api_entry **chain) {
   if (is_idle(entry)) unlink_idle(cache, entry);
   unlink_bucket(cache, entry);
+  unlink_mentions(entry);
   entry->is_listed = false;
   if (--entry->references == 0) add_to_chain(entry, chain);
 }
@@ -179,10 +236,14 @@ static void evict_from_full_bucket(api_cache *cache, uint32_t hash, api_entry **
 
 /* Lists a new entry, with a reference for the caller. NULL without memory. */
 static api_entry *add(api_cache *cache, const char *key, uint32_t hash, api_entry **chain) {
-  size_t length = strlen(key) + 1;
-  api_entry *entry = calloc(1, sizeof *entry + length);
+  size_t length = strlen(key) + 1, count = 0;
+  for (const char *id = next_mention(key, key); id; id = next_mention(key, id + ID_LENGTH + 1)) count++;
+  size_t aligned = (length + _Alignof(mention) - 1) / _Alignof(mention) * _Alignof(mention);
+  api_entry *entry = calloc(1, sizeof *entry + aligned + count * sizeof(mention));
   if (!entry) return NULL;
   memcpy(entry->key, key, length);
+  entry->mention_count = count;
+  entry->mentions = (mention *)(void *)(entry->key + aligned);
   entry->cache = cache;
   entry->hash = hash;
   entry->state = BUILDING;
@@ -190,7 +251,13 @@ static api_entry *add(api_cache *cache, const char *key, uint32_t hash, api_entr
   entry->is_listed = true;
   evict_from_full_bucket(cache, hash, chain);
   link_first(cache, entry);
+  link_mentions(cache, entry);
   return entry;
+}
+
+/* The bytes of an entry beside its value. */
+static size_t own_size(const api_entry *entry) {
+  return sizeof *entry + strlen(entry->key) + entry->mention_count * sizeof(mention);
 }
 
 /* ---- outside the lock ------------------------------------------------------------------------ */
@@ -351,7 +418,7 @@ static api_entry *build_entry(api_cache *cache, api_entry *entry, api_ticket *ti
   api_built built = {0};
   bool is_built = build(context, &built, fault);
   if (!is_built) api_fault_without_grant(fault);
-  built.size += sizeof *entry + strlen(entry->key);
+  built.size += own_size(entry);
   if (is_built) {
     atomic_fetch_add(&tally_of(cache, &built)->misses, 1);
     add_bytes(cache, &built);
@@ -438,7 +505,7 @@ void api_cache_put(api_cache *cache, const char *key, const api_built *built) {
   api_entry *entry = find(cache, key, hash) ? NULL : add(cache, key, hash, &chain);
   if (entry) {
     entry->built = *built;
-    entry->built.size += sizeof *entry + strlen(key);
+    entry->built.size += own_size(entry);
     entry->state = READY;
     add_bytes(cache, &entry->built);
     drop(cache, entry, &chain);
@@ -487,14 +554,13 @@ uint64_t api_cache_relieve(api_cache *cache, uint64_t bytes) {
   return destroy_chain(cache, chain);
 }
 
-void api_cache_forget(api_cache *cache, const char *part) {
+void api_cache_forget(api_cache *cache, const char *id) {
   api_entry *chain = NULL;
   pthread_mutex_lock(&cache->lock);
-  for (size_t i = 0; i < BUCKETS; i++) {
-    for (api_entry *entry = cache->buckets[i], *next; entry; entry = next) {
-      next = entry->next_in_bucket;
-      if (strstr(entry->key, part)) unlist(cache, entry, &chain);
-    }
+  for (mention *m = *mentions_of(cache, id); m;) {
+    bool is_of = memcmp(m->id, id, ID_LENGTH) == 0;
+    if (is_of) unlist(cache, m->entry, &chain);
+    m = is_of ? *mentions_of(cache, id) : m->next; /* a key may mention an id twice */
   }
   pthread_mutex_unlock(&cache->lock);
   destroy_chain(cache, chain);

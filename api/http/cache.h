@@ -56,8 +56,9 @@ api_entry *api_cache_own(api_cache *cache, const api_built *built);
 void *api_entry_value(const api_entry *entry);
 void api_entry_release(api_entry *entry); /* NULL accepted */
 
-/* Removes every key that contains `part` from the cache. Requests keep the entries that they hold. */
-void api_cache_forget(api_cache *cache, const char *part);
+/* Removes every key that mentions the model from the cache: holds its id, followed by '/'. Requests keep the
+ * entries that they hold. Takes as long as there are such keys, however many others there are. */
+void api_cache_forget(api_cache *cache, const char *id);
 
 /* Frees idle entries, least recently used first, until `bytes` are freed; returns how many were. */
 uint64_t api_cache_relieve(api_cache *cache, uint64_t bytes);

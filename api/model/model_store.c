@@ -66,6 +66,38 @@ static void answer_stored(api_call *call, int status, const model_head *head, tw
   api_answer_header(&call->answer, "ETag", head->etag);
 }
 
+/* What is told of a model that is stored. */
+typedef struct told_model {
+  const char *id;
+  uint64_t size;
+  const char *given;            /* its name where no summary is stored; or NULL */
+  const api_addition *addition; /* or NULL */
+  tw_model *model;
+} told_model;
+
+/* Names the model, and prints the answer's text and fields. False: the call's fault says why. */
+static bool print_told(api_call *call, const told_model *told, tw_text *text, model_head *head) {
+  if (!take_name(call->service, told->id, told->given, told->model))
+    return api_fault_without_memory(&call->fault);
+  if (!api_describe(told->model, told->id, told->size, text, call)) return false;
+  if (told->addition && !text->failed) {
+    text->size -= 2; /* the end of the object */
+    told->addition->print(told->addition->context, text);
+    tw_text_add(text, "}\n");
+  }
+  return (!text->failed && make_head(call, told->id, head)) || api_fault_without_memory(&call->fault);
+}
+
+/* Whether the name that was told is not the stored one: another request has stored the model meanwhile. */
+static bool is_named_otherwise(api_call *call, const char *id) {
+  api_summary stored;
+  bool has_summary = api_summary_find(call->service, id, &stored);
+  const char *name = stored.name ? stored.name : "", *told = call->told_name ? call->told_name : "";
+  bool differs = has_summary && strcmp(name, told) != 0;
+  cJSON_Delete(stored.tree);
+  return differs;
+}
+
 /* Stores a model and answers. The answer is printed first: a request that fails stores nothing. */
 static api_outcome store_printed(api_call *call, api_bytes bytes, const char *name,
                                  const api_addition *addition, tw_model *model) {
@@ -74,16 +106,18 @@ static api_outcome store_printed(api_call *call, api_bytes bytes, const char *na
   bool existed = false;
   api_model_id_print(bytes, id);
   model_head head = {0};
-  if (!take_name(call->service, id, name, model)) return api_fail_without_memory(call);
-  bool is_ready = api_describe(model, id, bytes.size, &text, call);
-  if (is_ready && addition && !text.failed) {
-    text.size -= 2; /* the end of the object */
-    addition->print(addition->context, &text);
-    tw_text_add(&text, "}\n");
+  const told_model told = {id, bytes.size, name, addition, model};
+  uint32_t warning_count = call->warning_count; /* before the description's */
+  const char *first_warning = call->first_warning;
+  bool is_ready =
+      print_told(call, &told, &text, &head) && store_model(call, bytes, id, model, &existed) == API_DONE;
+  if (is_ready && existed && is_named_otherwise(call, id)) {
+    tw_text_deinit(&text);
+    call->warning_count = warning_count;
+    call->first_warning = first_warning;
+    is_ready = print_told(call, &told, &text, &head);
   }
-  if (is_ready && (text.failed || !make_head(call, id, &head)))
-    is_ready = api_fault_without_memory(&call->fault);
-  if (!is_ready || store_model(call, bytes, id, model, &existed) != API_DONE) {
+  if (!is_ready) {
     tw_text_deinit(&text);
     return API_FAILED;
   }

@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "cache.h"
 
@@ -155,24 +156,61 @@ TEST(a_failure_is_told_and_not_remembered) {
   close_cache(cache);
 }
 
+/* Ids of models. */
+#define X "0123456789abcdef0123456789abcdef"
+#define Y "0123456789abcdef0123456789abcdee"
+
 TEST(forgotten_keys_are_built_anew_and_holders_keep_theirs) {
   workshop shop = {.size = 1};
   api_cache *cache = open_cache(10000);
-  api_entry *held = take(cache, "x/model", &shop);
-  api_entry_release(take(cache, "x/plan", &shop));
-  api_entry_release(take(cache, "y/clip/x", &shop));
-  api_entry_release(take(cache, "z/model", &shop));
-  api_cache_forget(cache, "x");
-  assert_int_equal(shop.destroyed, 2);
-  assert_null(api_cache_peek(cache, "x/model"));
+  api_entry *held = take(cache, X "/model", &shop);
+  api_entry_release(take(cache, X "/plan", &shop));
+  api_entry_release(take(cache, Y "/clip?clips=" X "/0,", &shop));
+  api_entry_release(take(cache, Y "/clip?clips=" X "/0," X "/1,", &shop));
+  api_entry_release(take(cache, Y "/clip?force=1" X "/0,", &shop)); /* whatever is before the id */
+  api_entry_release(take(cache, Y "/model", &shop));
+  api_entry_release(take(cache, Y "/node?" X, &shop)); /* a name */
+  api_cache_forget(cache, X);
+  assert_int_equal(shop.destroyed, 4);
+  assert_null(api_cache_peek(cache, X "/model"));
   assert_int_equal(((piece *)api_entry_value(held))->number, 0);
-  api_entry *fresh = take(cache, "x/model", &shop);
-  assert_int_equal(((piece *)api_entry_value(fresh))->number, 4);
+  for (int i = 0; i < 2; i++) {
+    api_entry *kept = api_cache_peek(cache, i == 0 ? Y "/model" : Y "/node?" X);
+    assert_non_null(kept);
+    api_entry_release(kept);
+  }
+  api_entry *fresh = take(cache, X "/model", &shop);
+  assert_int_equal(((piece *)api_entry_value(fresh))->number, 7);
   api_entry_release(held);
-  assert_int_equal(shop.destroyed, 3);
+  assert_int_equal(shop.destroyed, 5);
   api_entry_release(fresh);
   close_cache(cache);
   assert_int_equal(shop.destroyed, shop.built);
+}
+
+/* To look at every key for each of so many takes half a minute or more. */
+TEST(forgetting_what_is_not_there_takes_no_time) {
+  enum { KEPT = 20000, ABSENT = 20000 };
+  workshop shop = {.size = 1};
+  api_cache *cache = open_cache((uint64_t)1 << 30);
+  char key[API_ID_TEXT + 8];
+  for (unsigned i = 0; i < KEPT; i++) {
+    snprintf(key, sizeof key, "%032x/model", i);
+    api_entry_release(take(cache, key, &shop));
+  }
+  clock_t start = clock();
+  for (unsigned i = 0; i < ABSENT; i++) {
+    snprintf(key, sizeof key, "%032x", KEPT + i);
+    api_cache_forget(cache, key);
+  }
+  assert_true(clock() - start < 5 * CLOCKS_PER_SEC);
+  assert_int_equal(shop.destroyed, 0);
+  for (unsigned i = 0; i < KEPT; i++) {
+    snprintf(key, sizeof key, "%032x", i);
+    api_cache_forget(cache, key);
+  }
+  assert_int_equal(shop.destroyed, KEPT);
+  close_cache(cache);
 }
 
 TEST(a_value_of_ones_own_is_freed_when_it_is_released) {
@@ -576,10 +614,10 @@ static void *hammer(void *context) {
   unsigned seed = 1 + (unsigned)c->waiting++;
   for (int i = 0; i < ROUNDS; i++) {
     seed = seed * 1103515245u + 12345u;
-    char key[32];
-    snprintf(key, sizeof key, "model%u/plan", seed / 65536 % KEYS);
+    char key[API_ID_TEXT + 8];
+    snprintf(key, sizeof key, "%032x/plan", seed / 65536 % KEYS);
     if (seed / 65536 % 50 == 49) {
-      api_cache_forget(c->cache, key);
+      api_cache_forget(c->cache, key); /* which begins with the id */
       continue;
     }
     api_entry *entry = take(c->cache, key, &c->shop);

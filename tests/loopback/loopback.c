@@ -24,7 +24,8 @@ typedef struct memory_store {
   memory_object *objects; /* ascending ids */
   size_t count, opens;
   bool fails, forgets, cuts;
-  uint64_t room; /* 0: without end */
+  uint64_t room;         /* 0: without end */
+  const char *first_put; /* another's summary, which the next put finds stored; or NULL */
 } memory_store;
 
 /* Locks the store. Its own allocations never fail. */
@@ -52,6 +53,9 @@ static api_store_status store_put(void *context, const char *id, api_bytes bytes
   enter(store);
   bool fails = store->fails;
   size_t i = find_object(store, id, existed);
+  bool is_second = !*existed && store->first_put;
+  if (is_second) summary = store->first_put;
+  store->first_put = NULL;
   if (!fails && !*existed) {
     store->objects = realloc(store->objects, (store->count + 1) * sizeof *store->objects);
     memmove(store->objects + i + 1, store->objects + i, (store->count - i) * sizeof *store->objects);
@@ -63,6 +67,7 @@ static api_store_status store_put(void *context, const char *id, api_bytes bytes
     store->count++;
   }
   if (!fails && *existed && store->objects[i].is_damaged) *existed = store->objects[i].is_damaged = false;
+  *existed |= is_second;
   leave(store);
   return fails ? API_STORE_UNAVAILABLE : API_STORE_OK;
 }
@@ -201,6 +206,10 @@ void loopback_store_cut(loopback *loop, bool cuts) {
 
 void loopback_store_narrow(loopback *loop, uint64_t room) {
   loop->store->room = room;
+}
+
+void loopback_store_come_second(loopback *loop, const char *summary) {
+  loop->store->first_put = summary;
 }
 
 void loopback_store_forget_summaries(loopback *loop) {

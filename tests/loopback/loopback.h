@@ -68,8 +68,10 @@ void loopback_store_damage(loopback *loop, const char *id); /* damages the objec
 void loopback_store_cut(loopback *loop, bool cuts);         /* reads of open blobs fail */
 void loopback_store_forget_summaries(loopback *loop);       /* summaries are NULL from now on */
 void loopback_store_narrow(loopback *loop, uint64_t room);  /* bytes that the store has room for; 0: any */
-size_t loopback_store_count(loopback *loop);                /* objects held */
-size_t loopback_store_opens(loopback *loop);                /* calls of open so far */
+/* The next put finds that another daemon has just stored the same bytes, with this summary. */
+void loopback_store_come_second(loopback *loop, const char *summary);
+size_t loopback_store_count(loopback *loop); /* objects held */
+size_t loopback_store_opens(loopback *loop); /* calls of open so far */
 
 /* Sends a request: calls api_open, then api_handle as light, then as heavy. target: path and query. headers:
  * lines "Name: value", each ended by '\n', or NULL; adds a Content-Length for a body unless the headers have

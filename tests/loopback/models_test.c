@@ -744,6 +744,43 @@ TEST_WITH(the_tag_of_a_description_is_of_its_name, loopback_setup, loopback_tear
   reply_free(&r);
 }
 
+TEST_WITH(who_stores_a_model_second_is_told_the_first_ones_name, loopback_setup, loopback_teardown) {
+  char path[64], headers[192];
+  loopback_store_come_second(*state, "{\"name\":\"first\",\"format\":\"obj\"}");
+  reply r = loopback_post(*state, "/v1/models?name=second", "model/obj", triangle);
+  assert_int_equal(r.status, 200);
+  assert_non_null(strstr(r.body, "\"name\":\"first\""));
+  assert_null(strstr(r.body, "second"));
+  snprintf(path, sizeof path, "%s", reply_header(&r, "Location"));
+  snprintf(headers, sizeof headers, "If-Match: %s\n", reply_header(&r, "ETag"));
+  reply described = loopback_get(*state, path);
+  assert_string_equal(described.body, r.body);
+  assert_string_equal(reply_header(&described, "ETag"), reply_header(&r, "ETag"));
+  reply_free(&described);
+  reply_free(&r);
+  r = loopback_ask(*state, "DELETE", path, headers, NULL, 0);
+  assert_int_equal(r.status, 204);
+  reply_free(&r);
+}
+
+TEST_WITH(a_warning_is_told_once_by_who_stores_a_model_second, loopback_setup, loopback_teardown) {
+  static const char reversed[] =
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\nf 1 2 3 4\nf 2 3 6 5\n";
+  reply r = loopback_post(*state, "/v1/models?name=alone", "model/obj", reversed);
+  assert_int_equal(r.status, 201);
+  char alone[512], path[64];
+  snprintf(path, sizeof path, "%s", reply_header(&r, "Location"));
+  snprintf(alone, sizeof alone, "%s", reply_header(&r, "X-Tweend-Warning"));
+  reply_free(&r);
+  r = loopback_ask(*state, "DELETE", path, NULL, NULL, 0);
+  reply_free(&r);
+  loopback_store_come_second(*state, "{\"name\":\"first\",\"format\":\"obj\"}");
+  r = loopback_post(*state, "/v1/models?name=second", "model/obj", reversed);
+  assert_non_null(strstr(r.body, "\"name\":\"first\""));
+  assert_string_equal(reply_header(&r, "X-Tweend-Warning"), alone);
+  reply_free(&r);
+}
+
 TEST_WITH(ids_that_cannot_be_are_404, loopback_setup, loopback_teardown) {
   const char *const ids[] = {"x",
                              "0123456789ABCDEF0123456789ABCDEF",

@@ -109,6 +109,11 @@ static void destroy_stream(void *context) {
   free(context);
 }
 
+static int64_t read_slowly(void *context, uint8_t *out, size_t capacity) {
+  wait_at_gate();
+  return read_stream(context, out, capacity);
+}
+
 static void answer_stream(api_answer *answer, uint64_t size, uint64_t end, uint64_t breaks_at) {
   stream *s = malloc(sizeof *s);
   if (s == NULL) abort();
@@ -210,6 +215,10 @@ api_progress api_handle(api_service *service, const api_request *request, api_ef
     answer_header(answer, request);
   } else if (is(request, "/pull")) {
     answer_stream(answer, size, size, UINT64_MAX);
+  } else if (is(request, "/slow")) {
+    answer_stream(answer, size, size, UINT64_MAX);
+    answer->body.read = read_slowly;
+    answer->body.is_slow = true;
   } else if (is(request, "/endless")) {
     answer_stream(answer, UINT64_C(1) << 40, UINT64_MAX, UINT64_MAX);
   } else if (is(request, "/chunks")) {

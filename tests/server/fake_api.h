@@ -7,6 +7,7 @@
  *   /pull?N       N bytes, pulled; byte i is i % 251
  *   /legs?MS      10 bytes, pulled, after three calls of so many milliseconds each, between which it waits
  *   /waits        waits for memory that never comes
+ *   /slow?N       the same, of a slow body, each block of which waits like /heavy
  *   /endless      pulled until somebody stops reading
  *   /chunks?N     N bytes of unknown size
  *   /broken?N     claims 1,000,000 bytes, fails after N

@@ -48,6 +48,22 @@ TEST_WITH(full_queue_answers_503_at_once, set_up, tear_down) {
   }
 }
 
+/* A window of watch.c, of 15 s, begins and ends while the daemon owes the client a block. */
+TEST_WITH(a_reader_is_not_cut_off_for_waiting_for_the_daemon, set_up, tear_down) {
+  fixture *f = *state;
+  f->config.min_rate = 1000;
+  restart(f);
+  fake_api_hold();
+  int fd = connect_client(f);
+  say(fd, "GET /slow?600000 HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+  pause_ms(16500);
+  fake_api_release();
+  assert_true(read_all(f, fd));
+  assert_int_equal(status(f), 200);
+  assert_int_equal(body_size(f), 600000);
+  close(fd);
+}
+
 enum { LIMIT = 64 }; /* --max-connections of the fixture */
 
 static void open_idle(fixture *f, int *clients, int count) {

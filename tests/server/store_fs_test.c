@@ -164,12 +164,14 @@ typedef struct racer {
   pthread_barrier_t *start;
   bool existed;
   api_store_status status;
+  char summary[16];
 } racer;
 
 static void *race(void *context) {
   racer *r = context;
   pthread_barrier_wait(r->start);
-  r->status = put(r->f, TEXT, &r->existed);
+  api_bytes bytes = {(const uint8_t *)TEXT, strlen(TEXT)};
+  r->status = r->f->store.put(r->f->store.context, ID, bytes, r->summary, &r->existed);
   return NULL;
 }
 
@@ -183,17 +185,57 @@ TEST_WITH(of_racing_puts_one_is_the_first, set_up_store, tear_down_store) {
     pthread_barrier_init(&start, NULL, RACERS);
     for (int i = 0; i < RACERS; i++) {
       racers[i] = (racer){.f = f, .start = &start};
+      snprintf(racers[i].summary, sizeof racers[i].summary, "{\"n\":%d}", i);
       assert_int_equal(pthread_create(&threads[i], NULL, race, &racers[i]), 0);
     }
     int firsts = 0;
+    char *summary = NULL;
+    for (int i = 0; i < RACERS; i++) pthread_join(threads[i], NULL);
+    summary = f->store.summary(f->store.context, ID);
+    assert_non_null(summary);
     for (int i = 0; i < RACERS; i++) {
-      pthread_join(threads[i], NULL);
       assert_int_equal(racers[i].status, API_STORE_OK);
       firsts += !racers[i].existed;
+      if (!racers[i].existed) assert_string_equal(summary, racers[i].summary);
     }
+    free(summary);
     pthread_barrier_destroy(&start);
     assert_int_equal(firsts, 1);
     assert_true(is_stored(f, TEXT));
+    assert_int_equal(f->store.remove(f->store.context, ID), API_STORE_OK);
+  }
+}
+
+static void *race_removing(void *context) {
+  racer *r = context;
+  pthread_barrier_wait(r->start);
+  do r->status = r->f->store.remove(r->f->store.context, ID);
+  while (r->status == API_STORE_ABSENT);
+  return NULL;
+}
+
+TEST_WITH(a_model_that_is_removed_while_it_is_stored_leaves_no_summary, set_up_store, tear_down_store) {
+  fixture *f = *state;
+  enum { ROUNDS = 40 };
+  for (int round = 0; round < ROUNDS; round++) {
+    pthread_barrier_t start;
+    pthread_t threads[2];
+    racer racers[2] = {{.f = f, .start = &start, .summary = "{\"n\":1}"}, {.f = f, .start = &start}};
+    pthread_barrier_init(&start, NULL, 2);
+    assert_int_equal(pthread_create(&threads[0], NULL, race, &racers[0]), 0);
+    assert_int_equal(pthread_create(&threads[1], NULL, race_removing, &racers[1]), 0);
+    for (int i = 0; i < 2; i++) pthread_join(threads[i], NULL);
+    pthread_barrier_destroy(&start);
+    assert_int_equal(racers[0].status, API_STORE_OK);
+    assert_int_equal(racers[1].status, API_STORE_OK);
+    snprintf(racers[0].summary, sizeof racers[0].summary, "{\"n\":2}");
+    pthread_barrier_init(&start, NULL, 1);
+    race(&racers[0]); /* the next upload's summary counts */
+    pthread_barrier_destroy(&start);
+    char *summary = f->store.summary(f->store.context, ID);
+    assert_non_null(summary);
+    assert_string_equal(summary, "{\"n\":2}");
+    free(summary);
     assert_int_equal(f->store.remove(f->store.context, ID), API_STORE_OK);
   }
 }

@@ -50,6 +50,17 @@ TEST(clients_below_the_minimum_rate_are_cut_off) {
   assert_false(survives(SRV_PHASE_BODY, 0));
 }
 
+TEST(time_in_which_the_daemon_owes_bytes_is_not_the_clients) {
+  srv_watch watch;
+  srv_watch_enter(&watch, SRV_PHASE_SEND, 0);
+  for (uint64_t now = 0; now <= 60000; now += 250) {
+    if (now < 40000) srv_watch_rest(&watch);
+    /* From 40 s on the client reads nothing: its first window ends 15 s later. */
+    assert_int_equal(srv_watch_expired(&watch, &PATIENCE, false, now, 5000), now >= 54750);
+    if (now >= 54750) break;
+  }
+}
+
 TEST(client_that_stops_after_a_burst_is_cut_off) {
   srv_watch watch;
   srv_watch_enter(&watch, SRV_PHASE_SEND, 0);

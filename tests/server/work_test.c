@@ -117,6 +117,69 @@ TEST_WITH(who_gives_way_takes_no_turn_of_a_long_job, reset, NULL) {
   assert_int_equal(atomic_load(&done), 3);
 }
 
+/* ---- what gives way, on a busy pool ---------------------------------------------------------- */
+
+/* A job that is there again as soon as it has run, until `stops`. */
+typedef struct repeated {
+  srv_job job;
+  srv_work *work;
+} repeated;
+
+static atomic_bool stops;
+
+static void run_again(srv_job *job) {
+  const repeated *r = (const repeated *)(void *)job;
+  nanosleep(&(struct timespec){.tv_nsec = 2000000}, NULL);
+  if (!atomic_load(&stops)) srv_work_resume(r->work, job);
+}
+
+static void count_run(srv_job *job) {
+  (void)job;
+  atomic_fetch_add(&done, 1);
+}
+
+static uint64_t now_ms(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (uint64_t)now.tv_sec * 1000 + (uint64_t)now.tv_nsec / 1000000;
+}
+
+/* Until so many have run, but ten seconds at most. */
+static void await_done(size_t count) {
+  uint64_t end = now_ms() + 10000;
+  while (atomic_load(&done) < count && now_ms() < end)
+    nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
+}
+
+TEST_WITH(of_those_who_give_way_one_a_second_runs_on_a_busy_pool, reset, NULL) {
+  srv_work *work = srv_work_create(1, 1, 0);
+  repeated busy[2] = {{{.run = run_again}, work}, {{.run = run_again}, work}};
+  srv_job yielding[3] = {{.run = count_run}, {.run = count_run}, {.run = count_run}};
+  atomic_store(&stops, false);
+  for (size_t i = 0; i < 2; i++) srv_work_resume(work, &busy[i].job);
+  uint64_t start = now_ms();
+  for (size_t i = 0; i < 3; i++) srv_work_give_way(work, &yielding[i]);
+  await_done(3);
+  uint64_t took = now_ms() - start;
+  atomic_store(&stops, true);
+  srv_work_destroy(work);
+  assert_true(took >= 3000 && took < 10000);
+}
+
+TEST_WITH(who_has_given_way_for_long_waits_for_no_long_job, reset, NULL) {
+  srv_work *work = srv_work_create(1, 1, 2);
+  srv_job busy = {.run = run_at_gate}, yielding = {.run = count_run};
+  pthread_mutex_lock(&gate);
+  assert_true(srv_work_submit(work, &busy));
+  wait_until_begun(1);
+  srv_work_give_way(work, &yielding);
+  await_done(1);
+  size_t before = atomic_load(&done);
+  pthread_mutex_unlock(&gate);
+  srv_work_destroy(work);
+  assert_int_equal(before, 1);
+}
+
 TEST_WITH(without_a_queue_idle_threads_still_work, reset, NULL) {
   srv_work *work = srv_work_create(1, 0, 0);
   srv_job jobs[2] = {{.run = run_at_gate}, {.run = run_at_gate}};
