@@ -136,7 +136,7 @@ static enum MHD_Result take_line(void *context, enum MHD_ValueKind kind, const c
   if (joined && before > 0) memcpy(mempcpy(joined, s->value, s->size), ", ", strlen(", "));
   if (joined) memcpy(joined + before, value, size);
   s->value = joined ? joined : value;
-  s->size = before + size;
+  s->size = joined ? before + size : size;
   return MHD_YES;
 }
 
