@@ -155,13 +155,19 @@ export class Visit {
     }, isOpened);
   }
 
-  /** Holds what is asked of a URL, now or later, until the function that it resolves with is called. then(route): what comes of
-   *  it; its answer, if not given. */
+  /** Holds what is asked of a URL, now or later, until the function that it resolves with is called, which throws where nothing
+   *  was. then(route): what comes of it; its answer, if not given. */
   async hold(url, then = (route) => route.fallback()) {
-    let release;
+    let release, count = 0;
     const held = new Promise((resolve) => (release = resolve));
-    await this.page.route(url, (route) => held.then(() => then(route)).catch(() => {})); // some are called off
-    return release;
+    await this.page.route(url, (route) => {
+      count++;
+      return held.then(() => then(route)).catch(() => {}); // some are called off
+    });
+    return () => {
+      assert.ok(count > 0, `nothing was asked of ${url}`);
+      release();
+    };
   }
 
   /** The address as the page has it: page.url() is told of a change a moment later. */

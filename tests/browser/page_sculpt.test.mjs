@@ -49,14 +49,27 @@ class Sculptor extends Modeller {
     return seen.add(new Vector3((2 * dx) / width, (-2 * dy) / height, 0)).unproject(camera).sub(place);
   }
 
+  /** Goes to another level, and holds its points until the function that it resolves with is called. */
+  async holdPoints(level) {
+    const release = await this.visit.hold('**/surface.bin?**');
+    await this.slide('Level', level);
+    await this.visit.wait((wanted) => document.querySelector('canvas').dataset.level === String(wanted), level);
+    await this.visit.still();
+    return release;
+  }
+
   /** Takes hold of a place and moves the pointer by pixels. */
-  async hold(place, [dx, dy]) {
+  async hold(place, by) {
+    await this.move(place, by);
+    await this.visit.drawn();
+  }
+
+  async move(place, [dx, dy]) {
     const { x, y } = await this.page.locator('#view').boundingBox();
     const at = await this.at(place);
     await this.page.mouse.move(x + at.x, y + at.y);
     await this.page.mouse.down();
     await this.page.mouse.move(x + at.x + dx, y + at.y + dy, { steps: 3 });
-    await this.visit.drawn();
   }
 
   async drag(place, by) {
@@ -165,8 +178,8 @@ visits('a stroke that is cancelled leaves the model as it was', { hash }, async 
 visits('a stroke by numbers waits for the point that it was given', { ...UNDRAWN, hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
-  const before = await pointsOf(await sculptor.id, 3);
-  const release = await visit.hold('**/surface.obj**');
+  const before = await pointsOf(await sculptor.id, 4);
+  const release = await sculptor.holdPoints(4);
   await page.getByRole('textbox', { name: 'Point' }).fill('7');
   await page.keyboard.press('Enter');
   await page.getByLabel('Stroke: by').fill('0 0.25 -0.125');
@@ -174,7 +187,7 @@ visits('a stroke by numbers waits for the point that it was given', { ...UNDRAWN
     await page.getByRole('button', { name: 'Move', exact: true }).click();
     release();
   });
-  assert.ok(apart(await pointsOf(await sculptor.id, 3), dragged(before, 7, new Vector3(0, 0.25, -0.125))) < 1e-5);
+  assert.ok(apart(await pointsOf(await sculptor.id, 4), dragged(before, 7, new Vector3(0, 0.25, -0.125))) < 1e-5);
 });
 
 visits('points are moved by keyboard', { ...UNDRAWN, hash }, async (visit) => {
@@ -333,15 +346,16 @@ visits('a level that comes during a stroke waits for the hand', { ...UNDRAWN, ha
 });
 
 visits('a stroke that ends before its points are there is kept', { ...UNDRAWN, hash }, async (visit) => {
-  const release = await visit.hold('**/surface.obj**');
-  await visit.page.reload();
   const sculptor = await Sculptor.begin(visit);
-  const source = await sculptor.id;
-  const before = await pointsOf(source, 3);
+  const before = await pointsOf(await sculptor.id, 4);
+  const release = await sculptor.holdPoints(4);
   const strokes = [[new Vector3(0.5, 0.3, 0.6), [40, -40]], [new Vector3(-0.3, 0.7, 0.3), [0, -30]]].map(([place, by]) => [nearest(before, place), by]);
-  for (const [point, by] of strokes) await during(sculptor, [before[point], by], () => {});
+  for (const [point, by] of strokes) {
+    await sculptor.move(before[point], by);
+    await sculptor.page.mouse.up();
+  }
   await sculptor.opens(async () => release());
-  const after = await pointsOf(await sculptor.id, 3);
+  const after = await pointsOf(await sculptor.id, 4);
   for (const [point, by] of strokes) {
     const wanted = before[point].clone().add(await sculptor.moved(before[point], by));
     assert.ok(after[point].distanceTo(wanted) < 0.02, `${after[point].distanceTo(wanted)}`); // each reaches a little to the other
