@@ -320,7 +320,8 @@ static api_store_status room(void *context, uint64_t size) {
   return srv_disk_has_room(store->root, store->min_free, size) ? API_STORE_OK : API_STORE_FULL;
 }
 
-/* The lock for changing a model. Ids are hashes: any of their digits tell them apart. */
+/* The lock for changing a model. Ids are hashes, so their first digits spread models evenly over the locks.
+ */
 static pthread_mutex_t *lock_of(srv_store_fs *store, const char *id) {
   const char first[] = {id[0], id[1], '\0'};
   return &store->changing[strtoul(first, NULL, 16) % LOCKS];

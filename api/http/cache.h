@@ -56,8 +56,8 @@ api_entry *api_cache_own(api_cache *cache, const api_built *built);
 void *api_entry_value(const api_entry *entry);
 void api_entry_release(api_entry *entry); /* NULL accepted */
 
-/* Removes every key that mentions the model from the cache: holds its id, followed by '/'. Requests keep the
- * entries that they hold. Takes as long as there are such keys, however many others there are. */
+/* Removes from the cache every key that mentions a model: one that contains its id, followed by '/'. Requests
+ * keep the entries that they hold. Takes time in proportion to these keys, however many others there are. */
 void api_cache_forget(api_cache *cache, const char *id);
 
 /* Frees idle entries, least recently used first, until `bytes` are freed; returns how many were. */

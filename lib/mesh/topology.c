@@ -194,7 +194,8 @@ static bool walk_fan(const tw_topology *t, uint32_t vertex, uint32_t *walked) {
   }
 }
 
-/* Lists the edges of a vertex that is no fan, ascending. edges: two for each of its corners, scratch. */
+/* Fills the ring of a vertex whose faces form no fan: its edges, ascending. edges: scratch, two for each of
+ * its corners. */
 static void list_edges(const tw_topology *t, uint32_t vertex, uint32_t *edges) {
   uint32_t *ring = t->ring_edges + t->ring_offsets[vertex], count = 0;
   for (uint32_t i = t->fan_offsets[vertex]; i < t->fan_offsets[vertex + 1]; i++) {

@@ -378,9 +378,9 @@ tw_status tw_surface_find_concave(tw_surface *surface, const uint8_t *is_near, c
   if (base->face_size == 3) return TW_OK; /* the cage's own */
   if (!is_answer) {
     tw_status status = find_near(base, points, share, !is_near, near);
-    if (status != TW_OK || memchr(near, 1, base->face_count)) return status;
+    if (status != TW_OK || is_near || memchr(near, 1, base->face_count)) return status;
     tw_free(near);
-    s->near_concave = NULL;
+    s->near_concave = NULL; /* as if the cage had been looked at by itself */
     return TW_OK;
   }
   face_normal normal;
