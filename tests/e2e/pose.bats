@@ -1,7 +1,7 @@
 # Clips evaluated at times: exact keys, the ways between them, hierarchy, forms of the answer.
 
 load helper
-setup_file() { start_daemon; }
+setup_file() { start_daemon --compute-timeout 10m; } # the machine may be busy
 teardown_file() { stop_daemon; }
 setup() {
   cd "$BATS_TEST_TMPDIR" || return
@@ -107,6 +107,9 @@ agrees() { holds "$near $1"; }
   holds '.tracks | all(has("node") and has("path") and has("kind") and has("keys"))'
 }
 
+# processor_seconds: those that the daemon took.
+processor_seconds() { awk -v hz="$(getconf CLK_TCK)" '{ sub(/.*[)]/, ""); print ($12 + $13) / hz }' "/proc/$daemon/stat"; }
+
 # bats test_tags=plain
 @test "tracks that turn often and near lock are followed in seconds" {
   awk 'BEGIN {
@@ -119,10 +122,10 @@ agrees() { holds "$near $1"; }
     printf "]}]}]}"
   }' >whirl.json
   upload whirl.json
-  started=$EPOCHREALTIME
+  started=$(processor_seconds)
   get "/v1/models/$id/tracks"
   expect 200
-  awk -v a="$started" -v b="$EPOCHREALTIME" 'BEGIN { printf "# %.2f s\n", b - a; exit !(b - a < 60) }' >&3
+  awk -v a="$started" -v b="$(processor_seconds)" 'BEGIN { printf "# %.2f s of processor\n", b - a; exit !(b - a < 30) }' >&3
   holds '.tracks[0] | .keys == 10000 and .gimbal.cos_middle < 0.01 and .steps_over_180 == 9999'
 }
 

@@ -90,8 +90,9 @@ damaged() {
       fi
       get "/v1/models/$id"
       problem 500
-      [ "$(grep "model $id is damaged" log | grep -vc 'more of these')" = 1 ]
-      damaged "$id" # of these the log counts some
+      # Once, as long as the daemon has not told it so often that its log only counts.
+      [[ $damage != *dd* ]] || [ "$(grep -c "model $id is damaged" log)" = 1 ]
+      damaged "$id"
       get "/v1/models?limit=10"
       expect 200
       post /v1/models "$samples/tank.json"
