@@ -29,3 +29,9 @@ TEST_WITH(models_ask_for_a_key_where_keys_are_configured, start_with_keys, loopb
   assert_int_equal(r.status, 204);
   reply_free(&r);
 }
+
+TEST_WITH(operations_are_open_without_a_key, start_with_keys, loopback_teardown) {
+  reply r = loopback_get(*state, "/healthz");
+  assert_int_equal(r.status, 200);
+  reply_free(&r);
+}

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "cube.h"
+#include "host.h"
 #include "scene_fixture.h"
 #include "test.h"
 #include "torus_cage.h"
@@ -125,12 +126,6 @@ static void assert_same(const tw_surface *a, const tw_surface *b) {
 
 /* ---- ways ------------------------------------------------------------------------------------ */
 
-/* Does the parts of a loop last to first. */
-static void run_backwards(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
-                          void *context) {
-  (void)owner;
-  while (count-- > 0) part(context, count);
-}
 static const tw_parallel_for backwards = {.run = run_backwards};
 
 /* Made of other positions, and moved to where the mesh is; then moved on, and back. */
