@@ -168,7 +168,8 @@ bool srv_address_is_loopback(const srv_address *address) {
   return IN6_IS_ADDR_LOOPBACK(host) || (IN6_IS_ADDR_V4MAPPED(host) && host->s6_addr[12] == 127);
 }
 
-bool srv_address_same(const srv_address *a, const srv_address *b) {
+/* Whether both are the same host and port. */
+static bool is_same(const srv_address *a, const srv_address *b) {
   if (a->family != b->family) return false;
   if (a->family == AF_INET)
     return a->v4.sin_port == b->v4.sin_port && a->v4.sin_addr.s_addr == b->v4.sin_addr.s_addr;
@@ -183,7 +184,7 @@ bool srv_listeners_are_loopback(const srv_listeners *listeners, int connection) 
   if (!srv_address_is_loopback(&own)) return false;
   for (size_t i = 0; i < listeners->count; i++) {
     const srv_address bound = srv_address_of(listeners->fds[i]);
-    if (srv_address_same(&bound, &own)) return true;
+    if (is_same(&bound, &own)) return true;
   }
   return false;
 }

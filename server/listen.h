@@ -41,9 +41,6 @@ srv_address srv_address_of(int fd);
 /* Whether only this machine can reach the address: 127.0.0.0/8 or ::1. Not for unix sockets. */
 bool srv_address_is_loopback(const srv_address *address);
 
-/* Whether both are the same host and port. */
-bool srv_address_same(const srv_address *a, const srv_address *b);
-
 enum { SRV_LISTENERS_MAX = 16 };
 
 /* Listening, non-blocking sockets. */

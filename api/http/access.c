@@ -161,7 +161,9 @@ static bool is_guarded(const api_call *call, const api_route *route) {
   return true;
 }
 
-const char *api_access_origin(const api_call *call, const api_route *route) {
+/* Which pages may use the route, as the value of Access-Control-Allow-Origin: the request's origin, or "*".
+ * NULL where a page of that origin may not. */
+static const char *allowed_origin(const api_call *call, const api_route *route) {
   const char *list = call->service->cors_origins, *origin = api_call_header(call, "Origin");
   if (origin && strcmp(origin, "*") != 0 && lists_origin(list, origin)) return origin;
   return lists_origin(list, "*") && !is_guarded(call, route) ? "*" : NULL;
@@ -182,8 +184,8 @@ static bool has_foreign_effect(const api_call *call) {
 static bool allows_origin(api_call *call) {
   if (!is_guarded(call, call->route)) return true;
   const char *origin = api_call_header(call, "Origin");
-  bool is_allowed = origin ? is_own(call, origin) || api_access_origin(call, call->route) != NULL
-                           : !has_foreign_effect(call);
+  bool is_allowed =
+      origin ? is_own(call, origin) || allowed_origin(call, call->route) != NULL : !has_foreign_effect(call);
   if (is_allowed) return true;
   if (call->route->access == API_WRITES)
     api_fail_with(call, 403,
@@ -235,7 +237,7 @@ static bool is_refusal(int status) {
 }
 
 void api_access_headers(api_call *call) {
-  const char *origin = api_access_origin(call, call->route);
+  const char *origin = allowed_origin(call, call->route);
   if (!origin && is_refusal(call->answer.status)) origin = "*";
   if (!origin) return;
   api_answer_header_copy(&call->answer, "Access-Control-Allow-Origin", origin);
@@ -256,7 +258,7 @@ void api_access_options(api_call *call, const char *allow) {
   api_answer_header(answer, "Allow", allow);
   bool is_preflight =
       api_call_header(call, "Origin") && api_call_header(call, "Access-Control-Request-Method");
-  if (!is_preflight || !api_access_origin(call, NULL)) return;
+  if (!is_preflight || !allowed_origin(call, NULL)) return;
   api_answer_header(answer, "Access-Control-Allow-Methods", allow);
   api_answer_header(answer, "Access-Control-Allow-Headers",
                     "Authorization, Content-Disposition, Content-Encoding, Content-Type, If-Match, "

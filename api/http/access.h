@@ -18,10 +18,6 @@ bool api_access_varies(const api_call *call);
 /* Adds the cross-origin headers of an answer. */
 void api_access_headers(api_call *call);
 
-/* Which pages may use the route, as the value of Access-Control-Allow-Origin: the request's origin, or "*".
- * NULL where a page of that origin may not. */
-const char *api_access_origin(const api_call *call, const api_route *route);
-
 /* Answers OPTIONS, pre-flight or plain. allow: the path's methods. */
 void api_access_options(api_call *call, const char *allow);
 

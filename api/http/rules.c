@@ -77,11 +77,6 @@ void api_rule_begin(const char *name, tw_text *text) {
   tw_text_add(text, "=");
 }
 
-void api_rule_print_count(const void *from, const api_rule *rule, tw_text *text) {
-  api_rule_begin(rule->name, text);
-  tw_text_count(text, *(const uint64_t *)value(from, rule));
-}
-
 void api_rule_print_flag(const void *from, const api_rule *rule, tw_text *text) {
   api_rule_begin(rule->name, text);
   tw_text_count(text, *(const bool *)value(from, rule));

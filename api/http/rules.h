@@ -40,11 +40,10 @@ api_outcome api_rules_read(api_call *call, const api_rule *rules, void *out);
 /* Prints the values of the rules that belong to one of the keys, each as "&name=value". */
 void api_rules_print(const void *from, const api_rule *rules, unsigned keys, tw_text *text);
 
-/* For rules of members that are uint64_t, bool, and int. */
+/* For rules of members that are uint64_t, bool, and int. A uint64_t is printed in a way of its own. */
 api_outcome api_rule_read_count(api_call *call, const api_rule *rule, void *out);
 api_outcome api_rule_read_flag(api_call *call, const api_rule *rule, void *out);
 api_outcome api_rule_read_choice(api_call *call, const api_rule *rule, void *out);
-void api_rule_print_count(const void *from, const api_rule *rule, tw_text *text);
 void api_rule_print_flag(const void *from, const api_rule *rule, tw_text *text);
 void api_rule_print_choice(const void *from, const api_rule *rule, tw_text *text);
 /* Prints the word of a choice in place of its number. */

@@ -73,11 +73,10 @@ static bool is_flat_known(const api_surface_request *request, tw_flat_form form)
   return !shows_holes(request) && !(moves && (request->query.auto_level.is_on || form == TW_FLAT_PLY));
 }
 
-/* Prints the size of surface.bin with the positions of a mesh. */
-static tw_status print_points(api_call *call, const api_surface_request *request, uint32_t mesh,
-                              tw_text *text) {
+/* Prints the size of surface.bin with the positions of the only mesh. */
+static tw_status print_points(api_call *call, const api_surface_request *request, tw_text *text) {
   const tw_flat_options options = {.form = TW_FLAT_POINTS, .scale = 1};
-  const tw_scene *alone = api_scene_of_mesh(request, mesh, call->arena);
+  const tw_scene *alone = api_scene_of_mesh(request, 0, call->arena);
   uint64_t size;
   if (!alone) return tw_fail(&call->fault.error, TW_NO_MEMORY, "out of memory");
   tw_status status = tw_flat_stream_predict(alone, &options, &size, &call->fault.error);
@@ -107,7 +106,7 @@ static tw_status print_forms(api_call *call, const api_surface_request *request,
   }
   if (status == TW_LIMIT) status = TW_OK;
   bool has_points = scene->model->mesh_count == 1 && request->query.has_points;
-  if (status == TW_OK && has_points) status = print_points(call, request, 0, text);
+  if (status == TW_OK && has_points) status = print_points(call, request, text);
   tw_text_add(text, "}");
   return status;
 }

@@ -405,7 +405,8 @@ void tw_layer_states(const mix_time *mix, uint32_t index, const mix_moments *at,
     fill_weights(layer, at, weights);
 }
 
-double tw_mix_time_of_phase(const mix_time *mix, double phase) {
+/* The clamped time at which the phase is given, the first one; the duration where it is never reached. */
+static double time_of_phase(const mix_time *mix, double phase) {
   uint32_t low_knot = 0, high_knot = mix->knot_count;
   if (high_knot == 0 || tw_mix_phase(mix, mix->duration) <= phase) return mix->duration;
   while (high_knot - low_knot > 1) {
@@ -445,7 +446,7 @@ static bool take_rounds(const mix_time *mix, uint32_t index, double rounds, doub
   double low = fmin(first, last), high = fmax(first, last);
   for (double k = ceil((low - rounds) / step - ROUND_SLACK); rounds + k * step <= high + ROUND_SLACK; k++) {
     double way = rounds + k * step - first;
-    double time = layer->is_synced ? tw_mix_time_of_phase(mix, way) : way * duration / layer->speed;
+    double time = layer->is_synced ? time_of_phase(mix, way) : way * duration / layer->speed;
     if (!bend_put(sink, time, layer->is_synced ? SYNCED_STEPS : 1)) return false;
     if (low + k * step == low + (k + 1) * step) break; /* rounds beyond what doubles count */
   }

@@ -66,7 +66,4 @@ void tw_layer_states(const mix_time *mix, uint32_t index, const mix_moments *at,
 bool tw_layer_times(const mix_time *mix, uint32_t layer, double local, const tw_bend_sink *sink);
 bool tw_layer_bends(const mix_time *mix, uint32_t layer, const tw_bend_sink *sink);
 
-/* The clamped time at which the phase is given, the first one; the duration where it is never reached. */
-double tw_mix_time_of_phase(const mix_time *mix, double phase);
-
 #endif

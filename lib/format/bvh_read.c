@@ -575,7 +575,7 @@ static tw_status name_node(bvh_file *file, const bvh_joint *joint, tw_arena *are
   memcpy(text, joint->name.text, length);
   if (joint->is_end) memcpy(text + length, "_end", END_SUFFIX);
   *out = joint->is_end ? tw_arena_name(arena, text, length + END_SUFFIX)
-                       : tw_take_name(&file->losses, arena, text, length, 0);
+                       : tw_take_name(&file->losses, arena, text, length);
   if (!*out) return tw_fail(file->error, TW_NO_MEMORY, "out of memory");
   if (strlen(*out) <= TW_NAME_MAX) return TW_OK;
   *out = NULL;

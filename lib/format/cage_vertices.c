@@ -285,7 +285,7 @@ static tw_status find_changes(tw_cage_vertices *v, tw_polygons polygons, tw_cage
     memcpy(positions + 3 * (size_t)i, v->mesh->positions + 3 * (size_t)v->point[i], 3 * sizeof *positions);
   tw_soup whole = soup_of(v);
   whole.positions = positions;
-  if (status == TW_OK && !has_split) status = tw_share_places(&whole, &has_shared, NULL);
+  if (status == TW_OK && !has_split) status = tw_share_places(&whole, &has_shared);
   if (status == TW_OK && has_shared) status = draw(v, polygons);
   if (status == TW_OK && has_shared) status = find_points(v, positions, out);
   if (status == TW_OK && has_split) status = find_values(v, out);

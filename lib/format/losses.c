@@ -38,14 +38,14 @@ static bool is_utf8(const char *text, size_t length) {
   return at == length;
 }
 
-const char *tw_take_name(tw_losses *losses, tw_arena *arena, const char *text, size_t length, uint64_t line) {
+const char *tw_take_name(tw_losses *losses, tw_arena *arena, const char *text, size_t length) {
   const char *name = tw_arena_name(arena, text, length);
   if (!name) return NULL;
   tw_lose(losses, "name is not UTF-8: it is read as Latin-1", "names are not UTF-8: they are read as Latin-1",
-          !is_utf8(text, length), line);
+          !is_utf8(text, length), 0);
   tw_lose(losses, "name has control characters, which become blanks",
           "names have control characters, which become blanks",
-          count_blanks(name, strlen(name)) > count_blanks(text, length), line);
+          count_blanks(name, strlen(name)) > count_blanks(text, length), 0);
   return name;
 }
 

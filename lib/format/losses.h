@@ -37,7 +37,7 @@ void tw_lose(tw_losses *losses, const char *one, const char *many, uint64_t coun
 void tw_lose_doubled_corners(tw_losses *losses, uint64_t faces);
 
 /* Copies text as a name, as tw_arena_name does, and notes what it changes. NULL without memory. */
-const char *tw_take_name(tw_losses *losses, tw_arena *arena, const char *text, size_t length, uint64_t line);
+const char *tw_take_name(tw_losses *losses, tw_arena *arena, const char *text, size_t length);
 
 /* Warns of each kind: COUNT SENTENCE[, the first in line LINE][: REASON]. */
 void tw_losses_tell(const tw_losses *losses, tw_model *model);

@@ -137,7 +137,7 @@ static tw_status split_points(tw_obj_reader *reader, obj_bytes file, uint32_t *m
 
 static tw_status copy_name(tw_obj_reader *reader, tw_word word, const char **out) {
   if (word.length == 0) return TW_OK;
-  *out = tw_take_name(&reader->losses, reader->arena, word.text, word.length, 0);
+  *out = tw_take_name(&reader->losses, reader->arena, word.text, word.length);
   return *out ? TW_OK : tw_obj_fail_memory(reader);
 }
 

@@ -453,7 +453,7 @@ tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_weld
   if (status == TW_OK) status = tw_model_of_polygons(&read, weld, model, &losses, error);
   if (status == TW_OK) status = finish_mesh(quads, model, error);
   if (status == TW_OK && solids.name.length > 0) {
-    model->meshes[0].name = tw_take_name(&losses, model->arena, solids.name.text, solids.name.length, 0);
+    model->meshes[0].name = tw_take_name(&losses, model->arena, solids.name.text, solids.name.length);
     if (!model->meshes[0].name) status = tw_fail(error, TW_NO_MEMORY, "out of memory");
   }
   tw_lose(&losses, "solid is one mesh with the first one, and its name is left out",

@@ -64,7 +64,7 @@ static int compare_half_edges(const void *left, const void *right) {
 }
 
 /* Lists the half-edges of which a vertex is the lower end, sorted. known_edges: as in
- * tw_topology_build_parted, or NULL. halves: has room for one more than two for each of the vertex's corners.
+ * build_parted, or NULL. halves: has room for one more than two for each of the vertex's corners.
  */
 static uint32_t list_half_edges(const tw_topology *t, const uint32_t *known_edges, uint32_t vertex,
                                 half_edge *halves) {
@@ -285,9 +285,12 @@ tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t ver
   return build(topology, NULL, arena);
 }
 
-tw_status tw_topology_build_parted(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
-                                   uint32_t face_count, uint32_t face_size, const uint32_t *corners,
-                                   const uint32_t *known_edges) {
+/* As tw_topology_build, for triangles or quads whose edges are already numbered. known_edges: [face_size *
+ * face_count] the edge at each corner. Edges with different numbers stay apart even where they have the same
+ * ends, as the inner edges of two triangles over the same points do. */
+static tw_status build_parted(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
+                              uint32_t face_count, uint32_t face_size, const uint32_t *corners,
+                              const uint32_t *known_edges) {
   start_topology(topology, vertex_count, face_count, NULL, face_size * face_count, corners);
   return build(topology, known_edges, arena);
 }
@@ -331,7 +334,7 @@ tw_status tw_topology_cut(const tw_topology *full, uint32_t face_count, const ui
   if (status == TW_OK)
     status = face_offsets
                  ? tw_topology_build(out, arena, count, face_count, face_offsets, corner_count, corners)
-                 : tw_topology_build_parted(out, arena, count, face_count, full->face_size, corners, edges);
+                 : build_parted(out, arena, count, face_count, full->face_size, corners, edges);
   if (status == TW_OK) status = tw_topology_soften(out, arena);
   for (uint32_t e = 0; status == TW_OK && e < out->edge_count; e++)
     out->edge_sharpness[e] = full->edge_sharpness[edges[out->edge_corner[e]]];

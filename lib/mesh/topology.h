@@ -72,13 +72,6 @@ tw_status tw_topology_pair(tw_topology *topology, tw_arena *arena, uint32_t vert
 /* Allocates the fan, ring and vertex flag arrays for the counts that are set. */
 tw_status tw_topology_allocate_fans(tw_topology *topology, tw_arena *arena);
 
-/* As tw_topology_build, for triangles or quads whose edges are already numbered. known_edges: [face_size *
- * face_count] the edge at each corner. Edges with different numbers stay apart even where they have the same
- * ends, as the inner edges of two triangles over the same points do. */
-tw_status tw_topology_build_parted(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
-                                   uint32_t face_count, uint32_t face_size, const uint32_t *corners,
-                                   const uint32_t *known_edges);
-
 /* Allocates the sharpness arrays, zeroed. */
 tw_status tw_topology_soften(tw_topology *topology, tw_arena *arena);
 

@@ -525,10 +525,10 @@ tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint8_t
   return status;
 }
 
-tw_status tw_share_places(const tw_soup *soup, bool *out, tw_error *error) {
+tw_status tw_share_places(const tw_soup *soup, bool *out) {
   uint32_t *first = tw_alloc(soup->vertex_count, sizeof *first);
   const places at = {.rows = soup->positions, .width = 3, .tiny = tiny_coordinate(soup)};
-  tw_status status = first ? find_places(at, soup->vertex_count, first, out, error) : no_memory(error);
+  tw_status status = first ? find_places(at, soup->vertex_count, first, out, NULL) : TW_NO_MEMORY;
   tw_free(first);
   return status;
 }

@@ -39,7 +39,7 @@ tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint8_t
 
 /* Whether several vertices are at one place, which tw_weld_points may make one point: soup->compare does not
  * count. O(n log n) at worst. TW_NO_MEMORY. */
-tw_status tw_share_places(const tw_soup *soup, bool *out, tw_error *error);
+tw_status tw_share_places(const tw_soup *soup, bool *out);
 
 /* Finds which vertices share a value, such as a texture coordinate or a colour: vertices of one point that
  * are joined by an edge with equal values on both sides. Parts of a texture that only touch stay apart.

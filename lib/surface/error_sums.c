@@ -7,7 +7,7 @@
  * descendants to the face; the way back has the same bound, as descendants cover the face, edges over edges.
  *
  * Faces that are farther than what is known are looked at again, by bounds that cost more. Each holds by
- * itself, so the lesser one counts: planes and hulls (error_base.c), and the two below.
+ * itself, so the lesser one counts: planes and hulls (error_gap.c), and the two below.
  *
  * Turned views. Where faces around a corner are folded, so that nothing may slide there, the face is looked
  * at along another direction, from which these lean least: what is said above of a face's normal holds for

@@ -32,7 +32,7 @@
  * is split into a part d along the face's normal and a slide s across it, and counts as |d| + tau |s|: seen
  * along the normal, the faces that the slide can reach are a graph whose slope is at most tau, so that
  * something lies that near under the point. This holds while slides are short beside the faces. The farthest
- * faces are looked at again, by the planes that a point slides over (error_base.c). Where the
+ * faces are looked at again, by the planes that a point slides over (error_gap.c). Where the
  * surface ends (borders, faces that are left out) nothing may slide, and the whole difference counts; as it
  * does where no normal serves, as at infinitely sharp edges that are folded much. */
 #include "surface_error.h"

@@ -288,7 +288,7 @@ typedef struct tw_error_planes {
   double normals[4][TW_AROUND_MAX][3];
 } tw_error_planes;
 
-/* The hull of a quad's corners (error_base.c): where its diagonals are near each other. */
+/* The hull of a quad's corners (error_gap.c): where its diagonals are near each other. */
 typedef struct tw_error_hull {
   double shares[2]; /* of the way from corner 0 to 2, and from 1 to 3; neither 0 nor 1 */
   double width;     /* from one of these points to the other */
@@ -315,13 +315,13 @@ enum {
   TW_ERROR_IN_TRIANGLE = 1 << 4 /* one for each triangle of the face: of a quad 0 1 2, 0 2 3, 1 2 3, 0 1 3 */
 };
 
-/* The hull of a quad (error_base.c). */
+/* The hull of a quad (error_gap.c). */
 tw_error_hull tw_error_find_hull(const double *const corners[4]);
 
-/* Finds a face's least cosine, and the places of its own corners (error_base.c). */
+/* Finds a face's least cosine, and the places of its own corners (error_gap.c). */
 void tw_error_begin_base(tw_error_base *b, uint8_t places[4]);
 
-/* Takes a point of the finer surface into account (error_base.c). */
+/* Takes a point of the finer surface into account (error_gap.c). */
 void tw_error_take_point(const tw_error_base *b, tw_error_gap *g, uint8_t place, const double *point);
 
 /* The greatest difference. Over a hull: of each map the least of its bounds; of both maps the greater, as the

@@ -9,6 +9,9 @@
 #include "quotes.h"
 #include "tweend/format.h"
 
+/* What every glTF has. */
+#define ASSET "'asset':{'version':'2.0'}"
+
 typedef struct glb_file {
   uint8_t *bytes;
   size_t size;

@@ -1,5 +1,6 @@
 /* Runs the tests of one file after another, with TAP output when CMOCKA_MESSAGE_OUTPUT asks for it.
- * Usage: PROGRAM [FILE...]    FILE: a name such as surface_test; without one, all files run. */
+ * Usage: PROGRAM [FILE...]    FILE: a name such as surface_test; without one, all files run.
+ * TESTED_ONLY: a pattern of names of tests, with * and ?; others are left out. */
 #include "test.h"
 
 #include <stdio.h>
@@ -36,6 +37,8 @@ static int run_file(const char *file) {
 }
 
 int main(int argc, char **argv) {
+  const char *only = getenv("TESTED_ONLY");
+  if (only) cmocka_set_test_filter(only);
   int failed = 0;
   for (int i = 1; i < argc; i++) {
     int status = run_file(argv[i]);

@@ -21,19 +21,31 @@ copy() {
 
 # shellcheck disable=SC2016 # backticks of Markdown
 # What READMEs name: `function` or `member`, `file` without its extension, and room/file.c.
-@test "the READMEs of lib, api and server name what there is" {
+@test "the READMEs of lib, api, server and tests name what there is" {
   cd "$root"
   sources() { find lib api server tests CMakeLists.txt -path '*/node_modules' -prune -o -type f "$@"; }
   { sources -regex '.*[.]\(c\|h\|cpp\|hpp\|js\|mjs\|txt\|cmake\)' -print0 | xargs -0 grep -ohE '[A-Za-z_][A-Za-z0-9_]*'
     sources -print | sed 's#.*/##; s/[.].*//'; } | sort -u >"$BATS_TEST_TMPDIR/names"
   sources -print >"$BATS_TEST_TMPDIR/files"
-  for room in lib api server; do
+  for room in lib api server tests; do
     grep -ohE '`[A-Za-z][A-Za-z0-9_]*`' "$room/README.md" | tr -d '`' | sort -u | comm -23 - "$BATS_TEST_TMPDIR/names"
     grep -oE '(^|[ (`])[a-z0-9_/]+[.](c|h|cpp|mjs|js)\b' "$room/README.md" | tr -d ' (`' | sort -u |
       while read -r file; do grep -qE "(^|/)$file\$" "$BATS_TEST_TMPDIR/files" || echo "$file"; done
   done >"$BATS_TEST_TMPDIR/missing"
   cat "$BATS_TEST_TMPDIR/missing"
   [ ! -s "$BATS_TEST_TMPDIR/missing" ]
+}
+
+@test "each source of lib, api and server is named in the README of its layer" {
+  cd "$root"
+  for room in lib api server; do
+    find "$room" -path '*/node_modules' -prune -o -type f -regex '.*[.]\(c\|cpp\|js\)' -print | while read -r file; do
+      name=${file##*/}
+      grep -qw -- "${name%%.*}" "$room/README.md" || echo "$file"
+    done
+  done >"$BATS_TEST_TMPDIR/unnamed"
+  cat "$BATS_TEST_TMPDIR/unnamed"
+  [ ! -s "$BATS_TEST_TMPDIR/unnamed" ]
 }
 
 # All in one tree, since looking at one takes a second: each must be seen at its file, and nothing else.

@@ -1,4 +1,4 @@
-/* Routing, methods, negotiation, keys, cross-origin headers and the operations' endpoints. */
+/* Routing, methods, negotiation, cross-origin headers and the operations' endpoints. */
 #include "loopback.h"
 
 #include <stdio.h>
@@ -151,18 +151,4 @@ TEST(problems_of_the_server_have_the_form) {
   memcpy(r.body, r.answer.bytes.data, r.answer.bytes.size);
   assert_string_equal(reply_header(&r, "Retry-After"), "2");
   assert_problem(r, 503, NULL, "\"sorry\"");
-}
-
-static int start_with_keys(void **state) {
-  static const api_key keys[] = {{"alpha", ALL_RIGHTS, {0}}, {"beta", ALL_RIGHTS, {0}}};
-  api_settings settings = loopback_settings();
-  settings.keyring = (api_keyring){.keys = keys, .count = 2};
-  *state = loopback_start(&settings);
-  return 0;
-}
-
-TEST_WITH(operations_are_open_without_a_key, start_with_keys, loopback_teardown) {
-  reply r = loopback_get(*state, "/healthz");
-  assert_int_equal(r.status, 200);
-  reply_free(&r);
 }

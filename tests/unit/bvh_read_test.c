@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host.h"
 #include "test.h"
 #include "tweend/format.h"
 
@@ -404,17 +405,11 @@ TEST(reading_takes_the_memory_of_the_keys) {
   free(text);
 }
 
-/* Whether the question is the last one but so many. */
-static bool is_over(void *owner) {
-  int *left = owner;
-  return (*left)-- <= 0;
-}
-
 TEST(reading_stops_when_it_is_no_longer_wanted) {
   char *text = long_motion(100000);
-  int questions = 3; /* the allocations and the count of the frames ask once */
+  uint32_t questions = 3; /* the allocations and the count of the frames ask once */
   tw_meter meter;
-  tw_meter_init(&meter, &(tw_meter_host){.owner = &questions, .is_over = is_over}, 1 << 30);
+  tw_meter_init(&meter, &(tw_meter_host){.owner = &questions, .is_over = wants_no_more}, 1 << 30);
   tw_meter *before = tw_meter_use(&meter);
   tw_model *model = NULL;
   tw_status status = tw_bvh_read((const uint8_t *)text, strlen(text), &model, NULL);

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "edited.h"
+#include "random_below.h"
 #include "written_glb.h"
 
 enum {
@@ -19,13 +20,6 @@ enum {
   INFLUENCES = 8,
   CHANNELS = 4
 };
-
-static uint32_t state = 1;
-
-static uint32_t below(uint32_t limit) {
-  state = state * 1664525u + 1013904223u;
-  return (uint32_t)(((uint64_t)state * limit) >> 32);
-}
 
 /* A bumpy grid with triangles that touch it at points and edges, points apart at one place, creases, and two
  * UV sets, colours and labels of corners, of few different numbers. */

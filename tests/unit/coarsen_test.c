@@ -1,5 +1,6 @@
 /* Refined meshes and the cages that they came of: the way back finds the same faces, and points whose surface
  * is the refined mesh. */
+#include "host.h"
 #include "tweend/coarsen.h"
 
 #include <string.h>
@@ -193,18 +194,13 @@ TEST(what_is_no_refinement_says_so) {
   free(empty);
 }
 
-static bool is_unwanted(void *owner) {
-  uint32_t *times = owner;
-  return (*times)-- == 0;
-}
-
 TEST(a_cage_that_nobody_wants_any_more_is_not_found) {
   cage *c = torus(TORUS_MIXED, NO_GAPS, false);
   level fine = refine(&c->mesh, options_of(TW_CATMULL_CLARK, 2));
   const tw_surface_options back = options_of(TW_CATMULL_CLARK, TW_LEVEL_MAX);
   for (uint32_t wanted = 0; wanted < 100; wanted += 33) {
     uint32_t left = wanted;
-    const tw_parallel_for parallel = {.owner = &left, .is_cancelled = is_unwanted};
+    const tw_parallel_for parallel = {.owner = &left, .is_cancelled = wants_no_more};
     tw_arena *arena = tw_arena_create();
     tw_coarsened found;
     tw_error error = {0};

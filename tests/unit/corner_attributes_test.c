@@ -5,17 +5,11 @@
 
 #include "edited.h"
 #include "merge_points.h"
+#include "random_below.h"
 #include "soup_mesh.h"
 #include "surface_rows.h"
 #include "test.h"
 #include "tweend/coarsen.h"
-
-static uint32_t state = 1;
-
-static uint32_t below(uint32_t limit) {
-  state = state * 1664525u + 1013904223u;
-  return (uint32_t)(((uint64_t)state * limit) >> 32);
-}
 
 /* ---- random meshes --------------------------------------------------------------------------- */
 

@@ -1,5 +1,6 @@
 /* Lists of edits: selections, what moves points, tags, names, limits. */
 #include "edited.h"
+#include "host.h"
 #include "tweend/shape.h"
 
 static const tw_selection all_faces = {.of = TW_EDIT_FACES, .by = TW_SELECT_ALL};
@@ -101,17 +102,11 @@ TEST(too_much_work_is_refused) {
   tw_arena_destroy(arena);
 }
 
-/* owner: how many times more the result is wanted. */
-static bool is_unwanted(void *owner) {
-  uint32_t *times = owner;
-  return (*times)-- == 0;
-}
-
 /* Asserts that the edits ask that often whether the result is still wanted, and end where it is not. */
 static void asks(const tw_mesh *mesh, const tw_edit *edits, uint32_t count, uint32_t times) {
   for (uint32_t wanted = 0; wanted <= times; wanted++) {
     uint32_t left = wanted;
-    const tw_parallel_for parallel = {.owner = &left, .is_cancelled = is_unwanted};
+    const tw_parallel_for parallel = {.owner = &left, .is_cancelled = wants_no_more};
     tw_edit_limits limits = roomy;
     limits.parallel = &parallel;
     tw_mesh out;
@@ -154,7 +149,7 @@ TEST(cutting_large_faces_asks_on_its_way) {
 /* How often somebody asks who goes on wanting. */
 static uint32_t count_questions(const tw_mesh *mesh, const tw_edit *edits, uint32_t count) {
   uint32_t left = UINT32_MAX, made_count;
-  const tw_parallel_for parallel = {.owner = &left, .is_cancelled = is_unwanted};
+  const tw_parallel_for parallel = {.owner = &left, .is_cancelled = wants_no_more};
   const tw_edit_limits limits = {20000, 20000, 80000, 800000, &parallel};
   tw_mesh out;
   tw_made made[2];

@@ -2,16 +2,10 @@
  * same, in files written and read again, after edits, and where points elsewhere become one. */
 #include "edited.h"
 #include "merge_points.h"
+#include "random_below.h"
 #include "written_glb.h"
 
 enum { SIDE = 4, POINTS = (SIDE + 1) * (SIDE + 1), FACES = SIDE * SIDE, CORNERS = 4 * FACES, CHANNELS = 3 };
-
-static uint32_t state = 1;
-
-static uint32_t below(uint32_t limit) {
-  state = state * 1664525u + 1013904223u;
-  return (uint32_t)(((uint64_t)state * limit) >> 32);
-}
 
 /* A bumpy grid with a UV set, colours and labels of corners, of few different numbers. */
 typedef struct patch {

@@ -4,6 +4,7 @@
 #include <time.h>
 
 #include "evaluator.h"
+#include "host.h"
 #include "surface_rows.h"
 
 /* Cones of triangles, each with UVs of its own in every set. */
@@ -157,11 +158,6 @@ TEST(a_cage_of_many_exceptions_is_made_of_patches) {
 
 /* ---- cancelling ------------------------------------------------------------------------------ */
 
-static void run(void *owner, uint32_t count, void (*part)(void *context, uint32_t index), void *context) {
-  (void)owner;
-  for (uint32_t i = 0; i < count; i++) part(context, i);
-}
-
 static bool is_unwanted(void *owner) {
   uint32_t *left = owner;
   return *left == 0 || --*left == 0;
@@ -171,7 +167,7 @@ static bool is_unwanted(void *owner) {
 static uint32_t ask(const tw_mesh *mesh, uint32_t nth, tw_status expected) {
   const tw_surface_options options = {.level = 2, .normals = true};
   uint32_t left = nth;
-  const tw_parallel_for parallel = {&left, run, is_unwanted};
+  const tw_parallel_for parallel = {&left, run_in_order, is_unwanted};
   tw_surface *surface = NULL;
   assert_int_equal(tw_surface_create_by(mesh, &options, &parallel, &surface, NULL), expected);
   tw_surface_destroy(surface);

@@ -1,8 +1,6 @@
 /* What never reaches the glTF parser: lying containers, dear or deep JSON, data outside the file. */
 #include "glb.h"
 
-#define ASSET "'asset':{'version':'2.0'}"
-
 /* A byte of buffer 0 is read: a buffer that nothing reads is left out, whatever is wrong with it. */
 #define READ_BYTE                                                                                            \
   ",'bufferViews':[{'buffer':0,'byteLength':1}],'accessors':[{'bufferView':0,'componentType':5121,"          \

@@ -3,6 +3,7 @@
 #include <meshoptimizer.h>
 #include <stdio.h>
 
+#include "host.h"
 #include "test.h"
 #include "wrapped_memory.h"
 #include "written_glb.h"
@@ -515,12 +516,6 @@ TEST(packs_survive_every_failure) {
 static bool is_unwanted(void *owner) {
   uint32_t *left = owner;
   return *left == 0 || --*left == 0;
-}
-
-static void run_in_order(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
-                         void *context) {
-  (void)owner;
-  for (uint32_t i = 0; i < count; i++) part(context, i);
 }
 
 /* Somebody asks before each of the 3 packs is cut, and before they are measured. */

@@ -3,8 +3,6 @@
 
 #include "glb.h"
 
-#define ASSET "'asset':{'version':'2.0'}"
-
 /* Accessors over one BIN chunk: 0 times of 3 keys, 1 three vec4, 2 three vec3, 3 nine vec4, 4 two mat4,
  * 5 three vec4 of normalised shorts, 6 nine scalars, 7 four positions. */
 typedef struct scene_bin {

@@ -7,16 +7,11 @@
 #include <string.h>
 
 #include "built_cage.h"
+#include "host.h"
 #include "parallel_for.h"
 #include "wrapped_memory.h"
 
 /* ---- ways to run parts ----------------------------------------------------------------------- */
-
-static void run_backwards(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
-                          void *context) {
-  *(uint32_t *)owner += count;
-  while (count > 0) part(context, --count);
-}
 
 typedef struct shared {
   void (*part)(void *context, uint32_t index);
@@ -240,12 +235,6 @@ static bool is_over(void *owner) {
   p->is_over = p->left == 0;
   if (!p->is_over) p->left--;
   return p->is_over;
-}
-
-static void run_in_order(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
-                         void *context) {
-  (void)owner;
-  for (uint32_t i = 0; i < count; i++) part(context, i);
 }
 
 /* For tests that start no thread. */

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "host.h"
 #include "scene_fixture.h"
 #include "tweend/shells.h"
 #include "wrapped_memory.h"
@@ -255,12 +256,6 @@ TEST(an_edge_with_one_face_on_both_sides_is_not_open) {
   assert_int_equal(tw_scene_measure(&f.scene, 1, NULL, &solid, NULL), TW_OK);
   assert_int_equal(solid.open_edges, 8);
   fixture_deinit(&f);
-}
-
-static void run_backwards(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
-                          void *context) {
-  (void)owner;
-  while (count > 0) part(context, --count);
 }
 
 TEST(sums_are_the_same_in_any_order_of_parts) {

@@ -4,6 +4,7 @@
 #include <stdatomic.h>
 
 #include "cube.h"
+#include "host.h"
 #include "test.h"
 #include "torus_cage.h"
 
@@ -194,11 +195,6 @@ TEST(noisy_scans_are_told_as_closely_without_room_as_with_it) {
   free(c);
 }
 
-static bool is_over(void *owner) {
-  int *left = owner;
-  return (*left)-- <= 0;
-}
-
 /* Wherever the work is called off, it ends, and what was not found is not read. */
 TEST(errors_end_when_they_are_no_longer_wanted) {
   const tw_error_wish wish = {.level_max = 2, .enough = 1e-4, .faces_max = 1024};
@@ -206,11 +202,11 @@ TEST(errors_end_when_they_are_no_longer_wanted) {
   for (int limit = 0; limit < 2; limit++) {
     const tw_surface_options options = {.limit = limit};
     tw_status status = TW_CANCELLED;
-    for (int asked = 0; status != TW_OK; asked += 1 + asked / 16) {
+    for (uint32_t asked = 0; status != TW_OK; asked += 1 + asked / 16) {
       double errors[LEVELS];
-      int left = asked;
+      uint32_t left = asked;
       tw_meter meter;
-      tw_meter_init(&meter, &(tw_meter_host){.owner = &left, .is_over = is_over}, UINT64_MAX);
+      tw_meter_init(&meter, &(tw_meter_host){.owner = &left, .is_over = wants_no_more}, UINT64_MAX);
       tw_meter *before = tw_meter_use(&meter);
       status = tw_surface_errors(&c->mesh, &options, &wish, NULL, errors, NULL);
       tw_meter_use(before);

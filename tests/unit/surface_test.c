@@ -5,6 +5,7 @@
 
 #include "built_cage.h"
 #include "cube.h"
+#include "host.h"
 
 static void assert_counts(const tw_mesh *mesh, tw_surface_options options, uint64_t v, uint64_t e,
                           uint64_t f) {
@@ -233,13 +234,6 @@ TEST(bounds_are_those_of_the_rows) {
         free_rows(&r);
         free(c);
       }
-}
-
-/* The last part first; counts them into *owner. */
-static void run_backwards(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
-                          void *context) {
-  *(uint32_t *)owner += count;
-  while (count > 0) part(context, --count);
 }
 
 TEST(bounds_do_not_depend_on_who_takes_which_part) {

@@ -214,8 +214,7 @@ const char *copy_name_of(Document &document, const char *object) {
 const char *copy_name(Document &document, const std::string &name) {
   if (name.empty()) return nullptr;
   document.budget.take(name.size() + 17);
-  const char *copy =
-      tw_take_name(&document.outline.losses, document.model->arena, name.data(), name.size(), 0);
+  const char *copy = tw_take_name(&document.outline.losses, document.model->arena, name.data(), name.size());
   if (!copy) throw std::bad_alloc();
   return copy;
 }
