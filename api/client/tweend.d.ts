@@ -1482,7 +1482,8 @@ export interface SurfaceOptions {
    * at level 0 with `polygons=ngon`: a warning tells of creases, corners, holes, details, groups, seams between
    * equal values, values that no edge joins, points apart at one place, points that no edge joins and rules that
    * are lost. Its size takes as long as the GLB: `surface.json` computes what that will need too, and `HEAD` bears
-   * no `Content-Length` until either has been asked for. OBJ is the same in every encoding.
+   * no `Content-Length` until either has been asked for, and none of meshes that `skin=bake` moves. OBJ is the same
+   * in every encoding.
    * @default float
    */
   encoding?: "float" | "quantized" | "meshopt";

@@ -153,6 +153,14 @@ function sendWithProgress(url, { method, headers, body, signal }, onProgress) {
 /** A clip of another model. */
 const BORROWED = /^[0-9a-f]{32}\//;
 
+/** The nodes of a description as a document has them. Descriptions tell parents by name: a node whose parent shares its name with
+ *  others has none in the document. Mixed clips do not need it, as they play on the nodes of the model that borrows them. */
+function nodesOf({ nodes }) {
+  const counts = new Map();
+  for (const { name } of nodes) counts.set(name, (counts.get(name) ?? 0) + 1);
+  return nodes.map(({ name, parent, rest: { matrix, ...rest } }) => ({ name, ...(counts.get(parent) === 1 && { parent }), ...rest }));
+}
+
 /** The options that say which poses there are, whatever their times and form. */
 const POSED = ['clip', 'nodes', 'interpolation', 'retarget', 'map', 'feet', 'root_motion', 'root_axes', 'in_place'];
 
@@ -247,9 +255,10 @@ export class Tweend {
   }
 
   async mix(model, layers, { name = 'mix', ...options } = {}) {
-    const { id, nodes } = await this.describe(model, options);
+    const description = await this.describe(model, options);
+    const { id } = description;
     const document = {
-      nodes: nodes.map(({ name, parent, rest: { matrix, ...rest } }) => ({ name, ...(parent !== null && { parent }), ...rest })),
+      nodes: nodesOf(description),
       clips: [{ name, layers: layers.map(({ clip, ...layer }) => ({ clip: clip === undefined || BORROWED.test(clip) ? clip : `${id}/${clip}`, ...layer })) }],
     };
     return `${idOf(await this.upload(JSON.stringify(document), { name, ...options }))}/${name}`;

@@ -1,7 +1,6 @@
 /* Models as a resource: storing, describing and deleting them. */
 #include "model_store.h"
 
-#include "file_name.h"
 #include "handlers.h"
 #include "models.h"
 #include "response_cache.h"
@@ -137,18 +136,6 @@ static api_outcome store_and_answer(api_call *call, api_bytes bytes, const char 
   return outcome;
 }
 
-/* The name of an upload: of the query, of the request's Content-Disposition, or of the file in a form; NULL
- * for none. */
-static api_outcome find_name(api_call *call, const api_upload *upload, const char **out) {
-  const char *name = api_query_get(&call->query, "name"),
-             *disposition = api_call_header(call, "Content-Disposition");
-  if (!name && disposition && !api_file_name_read(api_span_of(disposition), call->arena, &name))
-    return api_fail_without_memory(call);
-  if (!name) name = upload->name;
-  *out = name ? api_file_name_title(name, call->arena) : NULL;
-  return API_DONE;
-}
-
 api_outcome api_post_model(api_call *call) {
   if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   api_upload upload = {0};
@@ -156,7 +143,7 @@ api_outcome api_post_model(api_call *call) {
   api_outcome outcome = api_model_read_body(call, NULL, &upload, &model);
   if (outcome != API_DONE) return outcome;
   const char *name = NULL;
-  outcome = find_name(call, &upload, &name);
+  outcome = api_model_find_given_name(call, &upload, &name);
   if (outcome == API_DONE)
     outcome = store_and_answer(call, upload.bytes, name, NULL, model);
   else

@@ -1,6 +1,7 @@
 /* Reads models from the store, from bodies and from the cache. */
 #include "models.h"
 
+#include "file_name.h"
 #include "service.h"
 #include "stored.h"
 
@@ -111,12 +112,29 @@ api_outcome api_model_read_body(api_call *call, const api_reading *reading, api_
   return API_FAILED;
 }
 
+api_outcome api_model_find_given_name(api_call *call, const api_upload *upload, const char **out) {
+  const char *name = api_query_get(&call->query, "name"),
+             *disposition = api_call_header(call, "Content-Disposition");
+  if (!name && disposition && !api_file_name_read(api_span_of(disposition), call->arena, &name))
+    return api_fail_without_memory(call);
+  if (!name) name = upload->name;
+  *out = name ? api_file_name_title(name, call->arena) : NULL;
+  return API_DONE;
+}
+
 api_outcome api_model_of_body(api_call *call, const api_reading *reading, api_entry **out) {
   api_upload upload = {0};
   tw_model *model = NULL;
+  const char *name = NULL;
   api_outcome outcome = api_model_read_body(call, reading, &upload, &model);
   if (outcome != API_DONE) return outcome;
+  outcome = api_model_find_given_name(call, &upload, &name);
   api_upload_deinit(&upload);
+  if (outcome == API_DONE && !api_model_set_name(model, name)) outcome = api_fail_without_memory(call);
+  if (outcome != API_DONE) {
+    tw_model_destroy(model);
+    return outcome;
+  }
   api_built built = built_model(model);
   *out = api_cache_own(call->service->cache, &built);
   return *out ? API_DONE : api_fail_without_memory(call);

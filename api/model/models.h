@@ -15,12 +15,17 @@ api_making api_making_within(const api_service *service);
  * stalls where the model is not cached. */
 api_outcome api_model_take(api_call *call, const char *id, const api_reading *reading, api_entry **out);
 
-/* The model in the request's body, parsed for this request alone: *out holds a tw_model. */
+/* The model in the request's body, parsed for this request alone, with the name that the request gives it:
+ * *out holds a tw_model. */
 api_outcome api_model_of_body(api_call *call, const api_reading *reading, api_entry **out);
 
 /* Reads the body and parses the model in it. The caller owns both after API_DONE. */
 api_outcome api_model_read_body(api_call *call, const api_reading *reading, api_upload *upload,
                                 tw_model **out);
+
+/* The name that a request gives the model in its body: in the query, in Content-Disposition, or as the file's
+ * name in a form. *out: NULL for none; lives as long as the call. */
+api_outcome api_model_find_given_name(api_call *call, const api_upload *upload, const char **out);
 
 /* Parses a model after memory for that is granted, in addition to `held`. False: the fault says why. */
 bool api_model_read_granted(api_call *call, api_bytes bytes, uint64_t held, tw_format format,

@@ -23,22 +23,29 @@ static tw_status read_levels(const api_query *query, uint32_t *out, tw_error *er
 }
 
 /* Finds the cage and checks it: of the mesh as it is tagged; where that does not fit, with the hard edges and
- * corners that the file shows, which a refined mesh has where its cage had creases. */
+ * corners that the file shows, which a refined mesh has where its cage had creases; then with the edges
+ * alone, as a crease that turns sharply at one of its points looks like a corner there. */
 static tw_status find_cage(const api_remade *remade, const tw_surface_options *options, tw_coarsened *found,
                            tw_error *error) {
   const tw_mesh *mesh = &remade->model->meshes[remade->mesh], *source = &remade->source;
   const tw_parallel_for *parallel = &remade->call->service->parallel;
   tw_arena *arena = remade->call->arena;
+  tw_mesh edges = *source;
+  edges.sharp_point_count = mesh->sharp_point_count;
+  edges.sharp_points = mesh->sharp_points;
+  edges.point_sharpness = mesh->point_sharpness;
+  bool shows_edges = source->crease_count > mesh->crease_count,
+       shows_corners = source->sharp_point_count > mesh->sharp_point_count;
+  const tw_mesh *shown[2] = {shows_edges || shows_corners ? source : NULL,
+                             shows_edges && shows_corners ? &edges : NULL};
   tw_status status = tw_mesh_coarsen(mesh, options, parallel, arena, found, error);
-  bool is_shown =
-      source->crease_count > mesh->crease_count || source->sharp_point_count > mesh->sharp_point_count;
-  if (is_shown && (status == TW_INVALID || (status == TW_OK && !found->fits))) {
-    tw_coarsened shown;
-    tw_status then = tw_mesh_coarsen(source, options, parallel, arena, &shown, error);
-    if (status == TW_INVALID || (then == TW_OK && shown.fits)) {
-      *found = shown;
-      status = then;
-    }
+  for (int i = 0; i < 2 && shown[i]; i++) {
+    if (status != TW_INVALID && (status != TW_OK || found->fits)) break;
+    tw_coarsened next;
+    tw_status then = tw_mesh_coarsen(shown[i], options, parallel, arena, &next, error);
+    if (status != TW_INVALID && (then != TW_OK || !next.fits)) continue;
+    *found = next;
+    status = then;
   }
   if (status != TW_OK) return status;
   return tw_mesh_check(&found->mesh, error, NULL);

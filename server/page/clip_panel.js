@@ -2,7 +2,7 @@
 import { html, nothing, render } from 'lit-html';
 
 import { download, tweend, withKey } from './client.js';
-import { blendOf, isCharacter, optionsOf, titleOf } from './clips.js';
+import { isCharacter, layersOf, optionsOf, titleOf } from './clips.js';
 import { carriedOver, sentencesOf } from './clip_words.js';
 import { make, saveBlob, seconds } from './dom.js';
 import { busy, fail } from './notices.js';
@@ -57,8 +57,7 @@ export class ClipPanel {
     const { clip, model } = this.animation;
     const other = this.clips.find(({ value }) => value === state('blend'));
     if (!other) return optionsOf(clip);
-    const { id } = await withKey(() => tweend.upload(JSON.stringify(blendOf(model, [clip, other], Number(state('weight')))), { name: 'blend', type: 'application/json' }));
-    return { clip: `${id}/blend` };
+    return { clip: await withKey(() => tweend.mix(model, layersOf([clip, other], Number(state('weight'))), { name: 'blend' })) };
   }
 
   /** Does something with the bytes of a surface that has the played clip. */

@@ -19,11 +19,10 @@ export const isMotion = ({ meshes, clips }) => meshes.length === 0 && clips.leng
 /** The name of a clip for a person. */
 export const titleOf = ({ name, from }) => (from ? `${name} (${from})` : name);
 
-/** A document of a model's nodes whose one clip blends two of its clips, in one phase. weight: of the second. */
-export function blendOf(model, [first, second], weight) {
-  const layer = (clip, part) => ({ clip: clip.isBorrowed ? clip.value : `${model.id}/${clip.value}`, weight: part, sync: true, ...(clip.isBorrowed && { retarget: 'auto' }) });
-  const nodes = model.nodes.map(({ name, parent, rest: { translation, rotation, scale } }) => ({ name, ...(parent !== null && { parent }), translation, rotation, scale }));
-  return { nodes, clips: [{ name: 'blend', layers: [layer(first, 1 - weight), layer(second, weight)] }] };
+/** The layers of a clip that blends two of a model's clips, in one phase. weight: of the second. */
+export function layersOf([first, second], weight) {
+  const layer = (clip, part) => ({ clip: clip.value, weight: part, sync: true, ...(clip.isBorrowed && { retarget: 'auto' }) });
+  return [layer(first, 1 - weight), layer(second, weight)];
 }
 
 /** Numbers between those of two lists. */

@@ -446,6 +446,22 @@ test('clips are mixed for a model, of its own and of others', async () => {
   await assert.rejects(tweend.mix(hero, [{ clip: `${lender.id}/dances` }]).then((clip) => tweend.pose(hero, { clip, at: 0 })), { status: 404 });
 });
 
+test('clips are mixed for a model whose nodes share names, parents among them', async () => {
+  const bytes = Buffer.from(new Float32Array([0, 1, 0, 0, 0, 1, 0, 1, 0, 0]).buffer);
+  const model = await tweend.upload(JSON.stringify({
+    asset: { version: '2.0' },
+    scenes: [{ nodes: [1] }],
+    nodes: [{ name: 'limb', children: [2] }, { name: 'limb', children: [0] }, { name: 'tip' }],
+    animations: [{ name: 'turn', samplers: [{ input: 0, output: 1 }], channels: [{ sampler: 0, target: { node: 0, path: 'rotation' } }] }],
+    accessors: [{ bufferView: 0, componentType: 5126, count: 2, type: 'SCALAR', min: [0], max: [1] }, { bufferView: 1, componentType: 5126, count: 2, type: 'VEC4' }],
+    bufferViews: [{ buffer: 0, byteLength: 8 }, { buffer: 0, byteOffset: 8, byteLength: 32 }],
+    buffers: [{ byteLength: 40, uri: `data:application/octet-stream;base64,${bytes.toString('base64')}` }],
+  }));
+  const clip = await tweend.mix(model, [{ clip: 'turn' }]);
+  const { poses: [{ rotation }] } = await tweend.pose(model, { clip, at: 0.5 });
+  [[0, Math.SQRT1_2, 0, Math.SQRT1_2], [0, 0, 0, 1], [0, 0, 0, 1]].forEach((value, node) => assertNear(rotation[node], value, 1e-6));
+});
+
 test('the way of a whole figure is taken out of what moves', async () => {
   const hero = await tweend.upload(biped({ names: 'mixamo', clip: { seed: 2 } }));
   const lender = await tweend.upload(biped({ names: 'unreal', clip: { seed: 4 } }));

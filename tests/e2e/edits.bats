@@ -109,6 +109,20 @@ upload_box() {
   holds '.levels == 1 and .meshes[0].faces == 1152'
 }
 
+@test "a refined mesh gives back a cage whose crease turns" {
+  printf %s '{"meshes": [{"shape": {"kind": "box", "size": [2, 2, 2], "segments": [2, 1, 1]},
+    "edits": [{"edit": "crease", "edges": [[0, 1]], "sharpness": 10}]}]}' >creased.json
+  upload creased.json
+  cage=$id
+  for level in 1 2 3; do # at level 2 the crease turns by 63 degrees, as a line with a corner does
+    get "/v1/models/$cage/surface.obj?level=$level"
+    cp answer refined.obj
+    upload refined.obj
+    http POST "/v1/models/$id/coarsen"
+    holds ".levels == $level and (.meshes[0] | .faces == 10 and .creases == 1 and .corners == 0 and .details == [])"
+  done
+}
+
 @test "what has no cage says so, and stores nothing" {
   upload "$samples/octopus.obj"
   get /v1/models

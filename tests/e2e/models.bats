@@ -277,3 +277,14 @@ EOF
   post "/v1/models?name=cart%20wheel" wheel.obj --header 'Content-Disposition: attachment; filename="no.obj"'
   holds '.name == "cart wheel"'
 }
+
+@test "the surface of a file that is not stored is called after it" {
+  printf 'o spokes\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >wheel.obj
+  http POST "/v1/surface.glb?download=1" --form "file=@wheel.obj;filename=carts/big wheel.obj"
+  expect 200
+  [[ $(header content-disposition) == 'attachment; filename="big wheel.glb"; '* ]]
+  post /v1/surface.stl wheel.obj --header 'Content-Disposition: attachment; filename="hub.obj"'
+  [[ $(header content-disposition) == 'inline; filename="hub.stl"; '* ]]
+  post /v1/surface.glb wheel.obj
+  [[ $(header content-disposition) == 'inline; filename="spokes.glb"; '* ]]
+}

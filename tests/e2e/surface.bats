@@ -104,6 +104,8 @@ obj_faces() { grep -c '^f ' "$1"; }
     diff <(gojq -c "{level, vertices, edges, faces, bytes}" answer) <(gojq -c ".levels[$level] | del(.error)" levels)
   done
   gojq --exit-status '.levels[:-1] | all(has("refused") | not)' levels
+  get "$cube/levels.json?retarget=auto"
+  [[ $(header x-tweend-warning) == "1; retarget%3Dauto"* ]]
 }
 
 @test "points of a mesh are as many bytes as the head tells, also in parts" {

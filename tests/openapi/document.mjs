@@ -56,11 +56,29 @@ function closed(value) {
 
 const escape = (name) => name.replaceAll('~', '~0').replaceAll('/', '~1');
 
+const responseOf = ({ responses }, status) => resolve(responses[status] ?? (refusals.includes(status) ? responses.default : undefined));
+
+/** Fields that any answer may have: of HTTP itself, of CORS, and those that the document's introduction names. */
+const EVERYWHERE = new Set([
+  'allow', 'cache-control', 'connection', 'content-encoding', 'content-length', 'content-type', 'date', 'transfer-encoding', 'vary',
+  'access-control-allow-headers', 'access-control-allow-methods', 'access-control-allow-origin', 'access-control-expose-headers',
+  'access-control-max-age', 'ratelimit', 'ratelimit-policy', 'server-timing', 'timing-allow-origin', 'x-accel-buffering',
+  'x-content-type-options', 'x-request-id',
+]);
+
+/** Of the names of an answer's fields those that neither the operation nor EVERYWHERE documents. */
+export function strayFields({ operation }, status, names) {
+  const known = [status, ...(status === 304 ? [200] : [])] // RFC 9110, 15.4.5
+    .flatMap((each) => Object.keys(responseOf(operation, each)?.headers ?? {}))
+    .map((name) => name.toLowerCase());
+  return names.filter((name) => !EVERYWHERE.has(name) && !known.includes(name));
+}
+
 /** What is wrong with an answer to the operation; null: nothing. body: a JSON text, or undefined. */
 export function fault({ path, method, operation }, status, type, body) {
   const documented = operation.responses[status] ?? (refusals.includes(status) ? operation.responses.default : undefined);
   if (!documented) return `${status} is not documented`;
-  const { content } = resolve(documented);
+  const { content } = responseOf(operation, status);
   if (!type) return content && status < 300 ? 'it has no Content-Type' : null;
   if (!content) return `${status} documents no content, this is ${type}`;
   const name = type.replace(/ *;.*/, '');

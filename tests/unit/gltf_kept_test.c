@@ -503,6 +503,12 @@ TEST(bad_points_and_lines_are_refused) {
       {"{'attributes':{'POSITION':9},'mode':0}", "/meshes/0/primitives/0/attributes/POSITION"},
       {"{'attributes':{'POSITION':1},'mode':0}", "/accessors/1/type"},
       {"{'attributes':{'POSITION':0,'COLOR_0':3},'mode':0}", "/meshes/0/primitives/0/attributes/COLOR_0"},
+      {"{'attributes':{'POSITION':0,'_A/~B':3},'mode':0}", "/meshes/0/primitives/0/attributes/_A~1~0B"},
+      {"{'attributes':{'POSITION':0,'_A/~B':9},'mode':0}", "/meshes/0/primitives/0/attributes/_A~1~0B"},
+      {"{'attributes':{'POSITION':0},'mode':0,'targets':[{'POSITION':0},{'POSITION':3}]}",
+       "/meshes/0/primitives/0/targets/1/POSITION"},
+      {"{'attributes':{'POSITION':0},'mode':0,'targets':[{'POSITION':0},{'POSITION':9}]}",
+       "/meshes/0/primitives/0/targets/1/POSITION"},
       {"{'attributes':{'POSITION':3},'indices':1,'mode':1}", "/accessors/1"},
       {"{'attributes':{'POSITION':0},'material':0,'mode':1}", "/meshes/0/primitives/0/material"},
   };

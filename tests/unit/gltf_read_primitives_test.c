@@ -13,6 +13,7 @@ TEST(bad_primitives_are_refused) {
       {"{'attributes':{'POSITION':0,'TEXCOORD_0':2},'indices':1}",
        "/meshes/0/primitives/0/attributes/TEXCOORD_0"},
       {"{'attributes':{'POSITION':0,'COLOR_0':1},'indices':1}", "/meshes/0/primitives/0/attributes/COLOR_0"},
+      {"{'attributes':{'POSITION':0,'_A/~B':2},'indices':1}", "/meshes/0/primitives/0/attributes/_A~1~0B"},
       {"{'attributes':{'POSITION':0,'JOINTS_0':3},'indices':1}", "/meshes/0/primitives/0/attributes"},
       {"{'attributes':{'POSITION':0,'JOINTS_0':4,'WEIGHTS_0':4},'indices':1}", "/accessors/4/componentType"},
       {"{'attributes':{'POSITION':0},'indices':1,'targets':[{'POSITION':2}]}",

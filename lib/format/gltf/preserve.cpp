@@ -277,7 +277,7 @@ private:
       bool as_it_is = has_word("COLOR JOINTS WEIGHTS", name.substr(0, name.find('_'))) || name[0] == '_';
       put(text(any ? "," : "", "\"", name, "\":",
                elements_.keep(accessor, as_it_is ? VERTICES : VERTICES_AS_FLOATS,
-                              text(place_, where, "/", name))));
+                              text(place_, where, "/", pointer_part(name)))));
       any = true;
     }
     put("}");
@@ -294,7 +294,8 @@ private:
     if (position.width() != 3)
       refuse(TW_INVALID, text("/accessors/", found->second, "/type"), "POSITION must have 3 components");
     check_counts(primitive.attributes, position.count(), "/attributes/");
-    for (const auto &target : primitive.targets) check_counts(target, position.count(), "/targets/");
+    for (size_t i = 0; i < primitive.targets.size(); i++)
+      check_counts(primitive.targets[i], position.count(), text("/targets/", i, "/"));
     if (primitive.indices == -1) return;
     const Elements &indices = elements_.open(primitive.indices, place_ + "/indices");
     document_.spend_values(indices.count(), place_ + "/indices", "the indices of points and lines");
@@ -303,10 +304,12 @@ private:
         refuse(TW_INVALID, text("/accessors/", primitive.indices), "index ", i, " is out of range");
   }
 
-  void check_counts(const std::map<std::string, int> &attributes, uint32_t count, const char *where) {
-    for (const auto &[name, accessor] : attributes)
-      if (elements_.open(accessor, place_ + where + name).count() != count)
-        refuse(TW_INVALID, place_ + where + name, "the attribute does not have as many elements as POSITION");
+  void check_counts(const std::map<std::string, int> &attributes, uint32_t count, const std::string &where) {
+    for (const auto &[name, accessor] : attributes) {
+      std::string pointer = place_ + where + pointer_part(name);
+      if (elements_.open(accessor, pointer).count() != count)
+        refuse(TW_INVALID, pointer, "the attribute does not have as many elements as POSITION");
+    }
   }
 
   // ---- channels

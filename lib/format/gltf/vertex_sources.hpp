@@ -110,7 +110,7 @@ private:
                             const Elements *position) {
     auto found = attributes.find(name);
     if (found == attributes.end()) return nullptr;
-    std::string place = pointer + "/" + name;
+    std::string place = pointer + "/" + pointer_part(name);
     const Elements &elements = accessors_.open_any(found->second, place);
     if (position && elements.count() != position->count())
       refuse(TW_INVALID, place, "the attribute has ", elements.count(), " elements, and POSITION ",
