@@ -355,6 +355,29 @@ TEST(keyed_weights_fade_from_one_clip_to_the_next_in_one_phase) {
   end(m);
 }
 
+TEST(layers_that_all_fade_out_are_blended_up_to_their_end) {
+  static const float weights[2][2] = {{2, 0}, {1, 0}}, times[2][2] = {{2.7F, 109.7F}, {4.17F, 109.7F}};
+  seed = 6;
+  mixture *m = begin();
+  for (int i = 0; i < 2; i++) {
+    tw_layer layer = layer_of(TW_LAYER_REPLACE, &one);
+    layer.weight_count = 2, layer.weights = weights[i], layer.weight_times = times[i];
+    add(m, layer, 1, 120);
+  }
+  mix(m);
+  float time = 109.7F;
+  for (int i = 0; i < 40; i++) { /* ever farther from the end */
+    tw_trs locals[NODES];
+    float found[4];
+    for (int step = 0; step < i * i; step++) time = nextafterf(time, 0);
+    tw_clip_pose(m->clip, m->nodes, NODES, time, locals);
+    tw_clip_sample(m->clip, tw_clip_find(m->clip, 1, TW_TRANSLATION), &time, 1, found);
+    assert_memory_equal(found, locals[1].translation, sizeof locals[1].translation);
+  }
+  assert_samples_are_poses(m);
+  end(m);
+}
+
 TEST(without_weight_the_rest_pose_stands) {
   mixture *m = begin();
   static const float times[] = {0, 1, 2}, fade[] = {1, 0, 0};
