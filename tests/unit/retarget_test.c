@@ -968,3 +968,34 @@ TEST(a_name_that_means_two_bones_does_not_match_itself) {
       assert_string_equal(source.nodes[out.bones[i].source].name, "LeftCollar");
   tw_arena_destroy(arena);
 }
+
+/* Of two claws the first ones match, and the second ones; where the first is no bone, as a mesh that is
+ * called like one, the bones match all the same. */
+TEST(bones_of_one_name_match_in_their_order_before_what_is_no_bone) {
+  static biped source, target;
+  const char *names[BIPED_JOINTS];
+  for (uint32_t i = 0; i < BIPED_JOINTS; i++) names[i] = biped_joints[i].name;
+  names[18] = names[23] = "claw";
+  biped_make(&source, (biped_options){.names = names});
+  biped_make(&target, (biped_options){.names = names});
+  biped_animate(&source, 1, 5);
+  bool is_bone[2][BIPED_MOST];
+  memset(is_bone, true, sizeof is_bone);
+  for (int form = 0; form < 4; form++) { /* which of both figures has a first claw that is no bone */
+    tw_arena *arena = tw_arena_create();
+    tw_retarget_job job = job_of(&source, &target);
+    job.source.is_bone = is_bone[0];
+    job.target.is_bone = is_bone[1];
+    for (int i = 0; i < 2; i++) is_bone[i][source.at[18]] = !(form >> i & 1);
+    tw_retargeted out = run_good(&job, arena);
+    bool is_crossed = form == 1 || form == 2; /* the bone of one is the second, of the other the first claw */
+    uint32_t claws = 0;
+    for (uint32_t i = 0; i < out.bone_count; i++) {
+      bool is_claw = out.bones[i].target == target.at[18] || out.bones[i].target == target.at[23];
+      claws += is_claw;
+      if (!is_claw || !is_crossed) assert_int_equal(out.bones[i].source, out.bones[i].target);
+    }
+    assert_true(claws == 2 && out.bone_count == BIPED_JOINTS);
+    tw_arena_destroy(arena);
+  }
+}
