@@ -160,9 +160,14 @@ static void map_alike(const void *context, const double *value, bool is_tangent,
 static bool stays(const tw_carrying *c, const tw_track_keys *track, const float *rest) {
   double unit = unit_of(&c->fit.source, c->job->source.nodes[track->node].parent) * c->fit.scale;
   double room = track->path == TW_SCALE ? LIKE : c->job->tolerance.distance * c->fit.size / unit;
-  if (track->interpolation == TW_CUBICSPLINE) return false;
-  for (size_t i = 0; i < 3 * (size_t)track->key_count; i++)
-    if (fabs((double)track->values[i] - (double)rest[i % 3]) > room) return false;
+  bool is_cubic = track->interpolation == TW_CUBICSPLINE;
+  double seconds = is_cubic ? (double)track->times[track->key_count - 1] - (double)track->times[0] : 0;
+  for (size_t row = 0; row < (size_t)track->key_count * (is_cubic ? 3 : 1); row++)
+    for (int i = 0; i < 3; i++) {
+      double value = (double)track->values[3 * row + (size_t)i];
+      bool is_tangent = is_cubic && row % 3 != 1;
+      if (fabs(is_tangent ? value * seconds : value - (double)rest[i]) > room) return false;
+    }
   return true;
 }
 

@@ -678,6 +678,31 @@ TEST(translations_of_bones_go_over_between_figures_in_other_units_below_a_scale)
   }
 }
 
+/* Tracks that leave a bone where it rests lose nothing where the target's bone rests otherwise, splines too.
+ */
+TEST(splines_that_rest_are_not_told_as_lost) {
+  static biped source, target;
+  static float rows[BIPED_KEYS][3][3]; /* in-tangent, value, out-tangent */
+  biped_make(&source, (biped_options){0});
+  biped_make(&target, (biped_options){.names = mixamo, .seed = 4});
+  biped_animate(&source, 1, 3);
+  uint32_t chest = source.at[2];
+  for (int k = 0; k < BIPED_KEYS; k++)
+    memcpy(rows[k][1], source.nodes[chest].rest.translation, sizeof rows[k][1]);
+  tw_track_keys *track = &source.tracks[source.clip.track_count++];
+  *track = source.tracks[source.clip.track_count - 2];
+  track->node = chest;
+  track->interpolation = TW_CUBICSPLINE;
+  track->values = rows[0][0];
+  for (uint32_t moves = 0; moves < 2; moves++) {
+    rows[3][2][1] = (float)moves; /* between keys alone */
+    tw_arena *arena = tw_arena_create();
+    tw_retarget_job job = job_of(&source, &target);
+    assert_int_equal(run_good(&job, arena).lost_count, moves);
+    tw_arena_destroy(arena);
+  }
+}
+
 /* Rests with the legs folded up; the clip, whose first pose is a T-pose that faces elsewhere, is as it was.
  */
 static void fold(biped *b) {
