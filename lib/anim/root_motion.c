@@ -2,6 +2,7 @@
  * back gives what was there but for the rounding of the results. */
 #include "tweend/root_motion.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -116,6 +117,11 @@ static root_moment moment_at(const tw_clip *clip, float time) {
   return moment;
 }
 
+/* Places beyond the range of float end there. */
+static float narrow(double value) {
+  return (float)fmax(-(double)FLT_MAX, fmin((double)FLT_MAX, value));
+}
+
 /* The node's transform without the motion: parent^-1 R^-1 parent local. */
 static void take_out(const root_moment *moment, tw_trs *out) {
   double local[3], world[3], back[3];
@@ -126,7 +132,7 @@ static void take_out(const root_moment *moment, tw_trs *out) {
   turn_about_y(moment->root.half, -1, world, back);
   for (int i = 0; i < 3; i++) back[i] -= moment->parent.at[i];
   tw_affine_solve(&moment->parent, back, local);
-  for (int i = 0; i < 3; i++) out->translation[i] = (float)local[i];
+  for (int i = 0; i < 3; i++) out->translation[i] = narrow(local[i]);
   if (moment->root.half[1] == 0) return;
   const double turn[4] = {0, -moment->root.half[1], 0, moment->root.half[0]};
   double inside[4], q[4], result[4];
@@ -143,7 +149,7 @@ static void put_in_front(const root_state *root, tw_trs *local) {
   const double turn[4] = {0, root->half[1], 0, root->half[0]};
   for (int i = 0; i < 3; i++) at[i] = (double)local->translation[i];
   turn_about_y(root->half, 1, at, moved);
-  for (int i = 0; i < 3; i++) local->translation[i] = (float)(moved[i] + root->shift[i]);
+  for (int i = 0; i < 3; i++) local->translation[i] = narrow(moved[i] + root->shift[i]);
   quat_widen(local->rotation, q);
   quat_multiply(turn, q, result);
   quat_narrow(result, local->rotation);
@@ -322,8 +328,8 @@ static bool check_yaw(void *context, double time) {
 /* Whether the node's parent, which scales evenly at time 0, holds turns later too, where scales above it
  * move. Looks at some ten thousand times at most. */
 static bool keeps_yaw(const tw_clip *clip, const tw_way *way) {
-  enum { TIMES_MOST = 1 << 14 };
-  uint64_t left = TIMES_MOST / clip->cost + 1;
+  enum { NODES_MOST = 1 << 20, TIMES_A_BEND = 3 };
+  uint64_t left = NODES_MOST / (TIMES_A_BEND * clip->cost * (uint64_t)(way->count + 1)) + 1;
   yaw_check check = {.clip = clip, .way = way};
   const tw_bend_sink sink = {check_yaw, &check, &left};
   bool is_scaled = false, goes_on = true;

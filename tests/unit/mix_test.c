@@ -378,6 +378,32 @@ TEST(layers_that_all_fade_out_are_blended_up_to_their_end) {
   end(m);
 }
 
+TEST(what_weights_take_beyond_the_range_of_floats_ends_there) {
+  static const float most = 1e6F;
+  seed = 9;
+  mixture *m = begin();
+  for (int i = 0; i < 2; i++) {
+    tw_layer layer = layer_of(TW_LAYER_ADDITIVE, &most);
+    layer.reference = i; /* one way, then the other */
+    add(m, layer, 1, 1);
+    for (uint32_t n = 0; n < NODES; n++)
+      for (int k = 0; k < KEYS; k++)
+        for (int axis = 0; axis < 3; axis++) m->moves[i]->translations[n][k][axis] = 1e38F * (float)(k - 2);
+    tw_clip_destroy(m->moves[i]->clip);
+    tw_clip_keys keys = {.track_count = m->moves[i]->count, .tracks = m->moves[i]->tracks};
+    assert_int_equal(tw_clip_create(&keys, NODES, -1, &m->moves[i]->clip, NULL), TW_OK);
+  }
+  mix(m);
+  for (int i = 0; i <= 20; i++) {
+    tw_trs locals[NODES];
+    tw_clip_pose(m->clip, m->nodes, NODES, (float)i / 20, locals);
+    for (uint32_t n = 0; n < NODES; n++)
+      for (int k = 0; k < 3; k++)
+        assert_true(isfinite(locals[n].translation[k]) && isfinite(locals[n].scale[k]));
+  }
+  end(m);
+}
+
 TEST(without_weight_the_rest_pose_stands) {
   mixture *m = begin();
   static const float times[] = {0, 1, 2}, fade[] = {1, 0, 0};

@@ -326,6 +326,25 @@ TEST(a_whole_turn_about_y_is_told) {
   assert_whole_turn(ARMATURE, tall);
 }
 
+TEST(places_beyond_the_range_of_floats_end_there) {
+  seed = 8;
+  figure *f = make_figure(false);
+  for (int k = 0; k < KEYS; k++)
+    for (int i = 0; i < 3; i++) f->places[k][i] = k % 2 ? 3e38F : -3e38F;
+  f->nodes[ARMATURE].rest.scale[0] = f->nodes[ARMATURE].rest.scale[1] = f->nodes[ARMATURE].rest.scale[2] = 1;
+  tw_clip *rooted = take(f, compile(f), TW_ROOT_X | TW_ROOT_Z | TW_ROOT_YAW, TW_NO_INDEX);
+  for (int k = 0; k < 4 * KEYS; k++) {
+    tw_trs locals[NODES], root;
+    float time = (float)k / 12;
+    tw_clip_pose(rooted, f->nodes, NODES, time, locals);
+    tw_clip_root_at(rooted, time, &root);
+    for (int i = 0; i < 3; i++)
+      assert_true(isfinite(locals[HIPS].translation[i]) && isfinite(root.translation[i]));
+  }
+  tw_clip_destroy(rooted);
+  free(f);
+}
+
 TEST(a_turn_below_scales_that_become_unequal_is_refused) {
   seed = 7;
   for (int form = 0; form < 4; form++) { /* bit 0: along another axis than y; bit 1: STEP, for one key only */
