@@ -221,7 +221,10 @@ static bool find_pairs(const tw_model *lender, const tw_model *model, const tw_r
 static bool add_weights(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
                         api_notes *notes, tw_clip_keys *out) {
   renaming r;
-  if (!renaming_init(&r, lender, model, keys->track_count, out, notes)) return false;
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < keys->track_count; i++) count += keys->tracks[i].path == TW_WEIGHTS;
+  if (count == 0) return true;
+  if (!renaming_init(&r, lender, model, count, out, notes)) return false;
   for (uint32_t i = 0; i < keys->track_count; i++)
     if (keys->tracks[i].path == TW_WEIGHTS && !add_track(&r, &keys->tracks[i])) return false;
   out->tracks = r.tracks;
