@@ -450,6 +450,50 @@ bool api_face_add(const tw_clip_keys *face, uint32_t node_count, tw_arena *arena
   return true;
 }
 
+/* ---- how long a clip lasts ------------------------------------------------------------------- */
+
+/* Copies rows of an array behind which the last one stands again. NULL stays NULL; false without memory. */
+static bool repeat_last(tw_arena *arena, const void *rows, size_t row_size, uint32_t count, void **out) {
+  char *copy = rows ? tw_arena_alloc_raw(arena, (size_t)count + 1, row_size) : NULL;
+  *out = copy;
+  if (!copy) return !rows;
+  memcpy(copy, rows, count * row_size);
+  memcpy(copy + count * row_size, (const char *)rows + (count - 1) * row_size, row_size);
+  return true;
+}
+
+/* Adds a key at a time behind the last one, so that the track stands still until then. */
+static bool hold_until(tw_arena *arena, float time, tw_track_keys *track) {
+  bool is_cubic = track->interpolation == TW_CUBICSPLINE;
+  size_t width = track->width, value_size = width * (is_cubic ? 3 : 1) * sizeof *track->values;
+  void *times, *values, *angles;
+  if (!repeat_last(arena, track->times, sizeof *track->times, track->key_count, &times) ||
+      !repeat_last(arena, track->values, value_size, track->key_count, &values) ||
+      !repeat_last(arena, track->angles, width * sizeof *track->angles, track->key_count, &angles))
+    return false;
+  float *last = is_cubic ? (float *)values + 3 * width * track->key_count : NULL;
+  if (is_cubic) memset(last - width, 0, 2 * width * sizeof *last); /* the tangents between the two */
+  ((float *)times)[track->key_count++] = time;
+  track->times = times;
+  track->values = values;
+  track->angles = angles;
+  return true;
+}
+
+/* Lets the clip last as long as it does in its own model, where tracks that last longer are left out: glTF
+ * tells it by keys alone. Another key would change the way of SQUAD. False without memory. */
+static bool last_until(float time, tw_arena *arena, tw_clip_keys *keys) {
+  tw_track_keys *tracks = (tw_track_keys *)(uintptr_t)keys->tracks, *longest = NULL; /* made here */
+  if (tw_keys_duration(keys) >= time) return true;
+  for (uint32_t i = 0; i < keys->track_count; i++) {
+    tw_track_keys *track = &tracks[i];
+    if (track->interpolation == TW_SQUAD) continue;
+    if (!longest || track->times[track->key_count - 1] > longest->times[longest->key_count - 1])
+      longest = track;
+  }
+  return !longest || hold_until(arena, time, longest);
+}
+
 /* ---- all of a clip ---------------------------------------------------------------------------- */
 
 bool api_clip_bring(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
@@ -463,5 +507,7 @@ bool api_clip_bring(const tw_model *lender, const tw_clip_keys *keys, const tw_m
   } else if (!rename_nodes(lender, &split.others, model, notes, out)) {
     return api_fault_without_memory(fault);
   }
-  return api_face_add(&split.face, model->node_count, notes->arena, out) || api_fault_without_memory(fault);
+  return (api_face_add(&split.face, model->node_count, notes->arena, out) &&
+          last_until(tw_keys_duration(keys), notes->arena, out)) ||
+         api_fault_without_memory(fault);
 }

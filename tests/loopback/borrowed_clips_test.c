@@ -101,6 +101,35 @@ TEST_WITH(nodes_of_one_name_are_those_at_the_same_places, setup, fixture_stop) {
   reply_free(&r);
 }
 
+/* Of a clip of 2 s the model has the node alone whose track ends after 1 s. */
+TEST_WITH(a_borrowed_clip_lasts_as_long_whatever_of_it_is_left, setup, fixture_stop) {
+  static const char *const keys[] = {
+      "'interpolation':'step','values':[[0,0,0],[1,0,0]]",
+      "'interpolation':'cubicspline','values':[[0,0,0],[1,0,0]],'in_tangents':[[0,0,0],[5,0,0]],"
+      "'out_tangents':[[0,0,0],[5,0,0]]"};
+  one_model *f = *state;
+  char model[API_ID_TEXT], lender[API_ID_TEXT], text[500], target[160];
+  loopback_upload(f->loop, "application/json", "{'nodes':[{'name':'a'}]}", model);
+  for (size_t i = 0; i < 2; i++) {
+    snprintf(text, sizeof text,
+             "{'nodes':[{'name':'a'},{'name':'b'}],'clips':[{'name':'c','tracks':[{'node':'a','path':"
+             "'translation','times':[0,1],%s},{'node':'b','path':'scale','times':[2],'values':[[1,1,1]]}]}]}",
+             keys[i]);
+    loopback_upload(f->loop, "application/json", text, lender);
+    snprintf(target, sizeof target, "/v1/models/%s/pose?clip=%s/c&at=1,1.5,2", model, lender);
+    reply r = loopback_get(f->loop, target);
+    assert_says(&r, "'duration':2,");
+    cJSON *answer = cJSON_Parse(r.body);
+    for (int k = 0; k < 3; k++) assert_row(pose(answer, k), "translation", 0, 3, (double[]){1, 0, 0});
+    cJSON_Delete(answer);
+    reply_free(&r);
+    snprintf(target, sizeof target, "/v1/models/%s/surface.gltf?clip=%s/c", model, lender);
+    r = loopback_get(f->loop, target);
+    assert_says(&r, "'max':[2]");
+    reply_free(&r);
+  }
+}
+
 TEST_WITH(a_map_means_the_same_in_any_order, setup, fixture_stop) {
   static const char *const maps[] = {"%7B%22a%22:%22x%22,%22b%22:%22y%22,%22c%22:%22z%22%7D",
                                      "%7B%22c%22:%22z%22,%22a%22:%22x%22,%22b%22:%22y%22%7D",
