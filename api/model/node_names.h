@@ -16,4 +16,9 @@ void api_node_names_print(const tw_model *model, const uint32_t *nodes, uint32_t
  * not terminated. */
 api_near_sentence api_node_names_near(const tw_model *model, const char *name, size_t length);
 
+/* For each node of `from` the node of `to` that goes by its name: of several of one name the one at the same
+ * place among these, or, where `to` has not so many, the first one; TW_NO_INDEX where it has none. [nodes of
+ * from] in the arena; NULL without memory. O(nodes log nodes). */
+uint32_t *api_nodes_by_name(const tw_model *from, const tw_model *to, tw_arena *arena);
+
 #endif

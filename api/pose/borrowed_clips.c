@@ -45,6 +45,18 @@ bool api_note_missing(api_notes *notes, const char *node) {
   return note_text(notes, &text);
 }
 
+bool api_track_take(api_notes *notes, uint8_t *moved, const tw_track_keys *track, uint32_t node,
+                    const char *name, bool *is_free) {
+  uint8_t path = (uint8_t)(1 << track->path);
+  *is_free = !(moved[node] & path);
+  moved[node] |= path;
+  if (*is_free) return true;
+  tw_text text = {0};
+  tw_text_add(&text, "the clip moves more nodes of one name than the model has: ");
+  tw_text_add(&text, name);
+  return note_text(notes, &text);
+}
+
 /* ---- by name --------------------------------------------------------------------------------- */
 
 bool api_track_check(api_notes *notes, const tw_model *model, const tw_track_keys *track, uint32_t node,
@@ -83,21 +95,42 @@ static bool copy_track(tw_arena *arena, const tw_track_keys *from, uint32_t node
   return (!from->times || to->times) && (!from->values || to->values) && (!from->angles || to->angles);
 }
 
-static uint32_t node_of_name(const tw_model *lender, uint32_t node, const tw_model *model) {
-  char buffer[24];
-  const char *name = tw_model_node_name(lender, node, buffer);
-  return tw_model_find_node(model, name, strlen(name));
+/* Tracks of a clip on their way to the nodes of another model. */
+typedef struct renaming {
+  const tw_model *lender, *model;
+  const uint32_t *map; /* as of api_nodes_by_name */
+  uint8_t *moved;      /* as of api_track_take */
+  api_notes *notes;
+  tw_track_keys *tracks; /* [count], with room */
+  uint32_t count;
+} renaming;
+
+/* Begins with the tracks of *out, and room for as many more. False without memory. */
+static bool renaming_init(renaming *r, const tw_model *lender, const tw_model *model, uint32_t more,
+                          const tw_clip_keys *out, api_notes *notes) {
+  *r = (renaming){lender,
+                  model,
+                  api_nodes_by_name(lender, model, notes->arena),
+                  tw_arena_alloc(notes->arena, model->node_count, 1),
+                  notes,
+                  tw_arena_alloc(notes->arena, (size_t)out->track_count + more, sizeof *r->tracks),
+                  out->track_count};
+  if (!r->map || !r->moved || !r->tracks) return false;
+  if (r->count) memcpy(r->tracks, out->tracks, r->count * sizeof *r->tracks);
+  return true;
 }
 
-/* Adds a track of a lender's to *out, which has room, on the node of its name; a note tells where there is
- * none, or where it is of another kind. False without memory. */
-static bool add_track(const tw_model *lender, const tw_track_keys *track, const tw_model *model,
-                      uint32_t node, api_notes *notes, tw_track_keys *tracks, uint32_t *count) {
+/* Adds a track on the node of its name; a note tells where there is none, or where it is of another kind.
+ * False without memory. */
+static bool add_track(renaming *r, const tw_track_keys *track) {
   char buffer[24];
-  bool fits;
-  if (node == TW_NO_INDEX) return api_note_missing(notes, tw_model_node_name(lender, track->node, buffer));
-  if (!api_track_check(notes, model, track, node, &fits)) return false;
-  return !fits || copy_track(notes->arena, track, node, &tracks[(*count)++]);
+  uint32_t node = r->map[track->node];
+  const char *name = tw_model_node_name(r->lender, track->node, buffer);
+  bool fits, is_free = true;
+  if (node == TW_NO_INDEX) return api_note_missing(r->notes, name);
+  if (!api_track_check(r->notes, r->model, track, node, &fits)) return false;
+  if (fits && !api_track_take(r->notes, r->moved, track, node, name, &is_free)) return false;
+  return !fits || !is_free || copy_track(r->notes->arena, track, node, &r->tracks[r->count++]);
 }
 
 /* Copies the name. False without memory. */
@@ -108,33 +141,34 @@ static bool copy_name(tw_arena *arena, const char *name, tw_clip_keys *out) {
 
 /* Tells before all else where a clip moves several nodes and the model has none of these. False without
  * memory. */
-static bool note_strangers(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
-                           api_notes *notes) {
+static bool note_strangers(const renaming *r, const tw_clip_keys *keys) {
   bool is_any = false, are_several = false;
   for (uint32_t i = 0; i < keys->track_count && !is_any; i++) {
     are_several |= keys->tracks[i].node != keys->tracks[0].node;
-    is_any = node_of_name(lender, keys->tracks[i].node, model) != TW_NO_INDEX;
+    is_any = r->map[keys->tracks[i].node] != TW_NO_INDEX;
   }
   return is_any || !are_several ||
-         api_note(notes, "the model has none of the nodes that the clip moves: retarget=auto carries a clip "
-                         "over to another skeleton");
+         api_note(r->notes,
+                  "the model has none of the nodes that the clip moves: retarget=auto carries a clip "
+                  "over to another skeleton");
 }
 
 /* Puts a clip on the nodes of the same names. False without memory. */
 static bool rename_nodes(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
                          api_notes *notes, tw_clip_keys *out) {
-  tw_track_keys *tracks = tw_arena_alloc(notes->arena, keys->track_count, sizeof *tracks);
+  renaming r;
   bool *is_noted = tw_arena_alloc(notes->arena, lender->node_count, sizeof *is_noted);
-  if (!tracks || !is_noted) return false;
-  *out = (tw_clip_keys){.tracks = tracks};
-  if (!note_strangers(lender, keys, model, notes)) return false;
+  *out = (tw_clip_keys){0};
+  if (!is_noted || !renaming_init(&r, lender, model, keys->track_count, out, notes)) return false;
+  if (!note_strangers(&r, keys)) return false;
   for (uint32_t i = 0; i < keys->track_count; i++) {
     const tw_track_keys *track = &keys->tracks[i];
-    uint32_t node = node_of_name(lender, track->node, model);
     if (is_noted[track->node]) continue;
-    is_noted[track->node] = node == TW_NO_INDEX;
-    if (!add_track(lender, track, model, node, notes, tracks, &out->track_count)) return false;
+    is_noted[track->node] = r.map[track->node] == TW_NO_INDEX;
+    if (!add_track(&r, track)) return false;
   }
+  out->tracks = r.tracks;
+  out->track_count = r.count;
   return copy_name(notes->arena, keys->name, out);
 }
 
@@ -186,17 +220,15 @@ static bool find_pairs(const tw_model *lender, const tw_model *model, const tw_r
 /* Adds the morph weights. False without memory. */
 static bool add_weights(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
                         api_notes *notes, tw_clip_keys *out) {
-  size_t count = (size_t)out->track_count + keys->track_count;
-  tw_track_keys *tracks = tw_arena_alloc(notes->arena, count, sizeof *tracks);
-  if (!tracks) return false;
-  if (out->track_count) memcpy(tracks, out->tracks, out->track_count * sizeof *tracks);
-  out->tracks = tracks;
-  for (uint32_t i = 0; i < keys->track_count; i++) {
-    const tw_track_keys *track = &keys->tracks[i];
-    if (track->path != TW_WEIGHTS) continue;
-    uint32_t node = node_of_name(lender, track->node, model);
-    if (!add_track(lender, track, model, node, notes, tracks, &out->track_count)) return false;
-  }
+  renaming r;
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < keys->track_count; i++) count += keys->tracks[i].path == TW_WEIGHTS;
+  if (count == 0) return true;
+  if (!renaming_init(&r, lender, model, count, out, notes)) return false;
+  for (uint32_t i = 0; i < keys->track_count; i++)
+    if (keys->tracks[i].path == TW_WEIGHTS && !add_track(&r, &keys->tracks[i])) return false;
+  out->tracks = r.tracks;
+  out->track_count = r.count;
   return true;
 }
 
@@ -418,6 +450,50 @@ bool api_face_add(const tw_clip_keys *face, uint32_t node_count, tw_arena *arena
   return true;
 }
 
+/* ---- how long a clip lasts ------------------------------------------------------------------- */
+
+/* Copies rows of an array behind which the last one stands again. NULL stays NULL; false without memory. */
+static bool repeat_last(tw_arena *arena, const void *rows, size_t row_size, uint32_t count, void **out) {
+  char *copy = rows ? tw_arena_alloc_raw(arena, (size_t)count + 1, row_size) : NULL;
+  *out = copy;
+  if (!copy) return !rows;
+  memcpy(copy, rows, count * row_size);
+  memcpy(copy + count * row_size, (const char *)rows + (count - 1) * row_size, row_size);
+  return true;
+}
+
+/* Adds a key at a time behind the last one, so that the track stands still until then. */
+static bool hold_until(tw_arena *arena, float time, tw_track_keys *track) {
+  bool is_cubic = track->interpolation == TW_CUBICSPLINE;
+  size_t width = track->width, value_size = width * (is_cubic ? 3 : 1) * sizeof *track->values;
+  void *times, *values, *angles;
+  if (!repeat_last(arena, track->times, sizeof *track->times, track->key_count, &times) ||
+      !repeat_last(arena, track->values, value_size, track->key_count, &values) ||
+      !repeat_last(arena, track->angles, width * sizeof *track->angles, track->key_count, &angles))
+    return false;
+  float *last = is_cubic ? (float *)values + 3 * width * track->key_count : NULL;
+  if (is_cubic) memset(last - width, 0, 2 * width * sizeof *last); /* the tangents between the two */
+  ((float *)times)[track->key_count++] = time;
+  track->times = times;
+  track->values = values;
+  track->angles = angles;
+  return true;
+}
+
+/* Lets the clip last as long as it does in its own model, where tracks that last longer are left out: glTF
+ * tells it by keys alone. Another key would change the way of SQUAD. False without memory. */
+static bool last_until(float time, tw_arena *arena, tw_clip_keys *keys) {
+  tw_track_keys *tracks = (tw_track_keys *)(uintptr_t)keys->tracks, *longest = NULL; /* made here */
+  if (tw_keys_duration(keys) >= time) return true;
+  for (uint32_t i = 0; i < keys->track_count; i++) {
+    tw_track_keys *track = &tracks[i];
+    if (track->interpolation == TW_SQUAD) continue;
+    if (!longest || track->times[track->key_count - 1] > longest->times[longest->key_count - 1])
+      longest = track;
+  }
+  return !longest || hold_until(arena, time, longest);
+}
+
 /* ---- all of a clip ---------------------------------------------------------------------------- */
 
 bool api_clip_bring(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
@@ -431,5 +507,7 @@ bool api_clip_bring(const tw_model *lender, const tw_clip_keys *keys, const tw_m
   } else if (!rename_nodes(lender, &split.others, model, notes, out)) {
     return api_fault_without_memory(fault);
   }
-  return api_face_add(&split.face, model->node_count, notes->arena, out) || api_fault_without_memory(fault);
+  return (api_face_add(&split.face, model->node_count, notes->arena, out) &&
+          last_until(tw_keys_duration(keys), notes->arena, out)) ||
+         api_fault_without_memory(fault);
 }

@@ -19,15 +19,21 @@ bool api_note(api_notes *notes, const char *sentence);
 /* Notes that a clip moves a node that the model lacks. */
 bool api_note_missing(api_notes *notes, const char *node);
 
+/* Takes what a track moves: its path of a node, which is a bit of moved[node]. *is_free: whether no track has
+ * taken it; else a note tells of the nodes of one name. name: of the node. False without memory. */
+bool api_track_take(api_notes *notes, uint8_t *moved, const tw_track_keys *track, uint32_t node,
+                    const char *name, bool *is_free);
+
 /* *fits: whether the model can play a track of another one's on its node `node`; where it cannot, a note
  * tells why. False without memory. */
 bool api_track_check(api_notes *notes, const tw_model *model, const tw_track_keys *track, uint32_t node,
                      bool *fits);
 
 /* Puts a clip of the lender on the model's nodes: its face by expressions (api_face_split_off), all else
- * carried over (api_clip_carry) or, without retarget->is_auto, on the nodes of the same names. The latter
- * leaves out tracks of nodes that the model lacks, and morph weights whose number differs. All of *out is in
- * the notes' arena. *report: as of api_clip_carry, else left alone. False: the fault says why. */
+ * carried over (api_clip_carry) or, without retarget->is_auto, on the nodes of the same names
+ * (api_nodes_by_name). The latter leaves out tracks of nodes that the model lacks, and morph weights whose
+ * number differs. All of *out is in the notes' arena. *report: as of api_clip_carry, else left alone. False:
+ * the fault says why. */
 bool api_clip_bring(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
                     const tw_retarget_wish *retarget, uint32_t max_keys, api_notes *notes,
                     const char **report, tw_clip_keys *out, api_fault *fault);

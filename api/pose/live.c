@@ -89,6 +89,7 @@ static double fold(const live_poses *live, double time) {
   double period = live->loop == TW_PINGPONG ? 2 * duration : duration;
   double phase = fmod(time, period);
   if (phase < 0) phase += period;
+  if ((float)phase >= (float)period) return 0; /* what rounding puts just before the end, as tw_loop_time */
   return phase > duration ? period - phase : phase;
 }
 

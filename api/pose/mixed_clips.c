@@ -4,6 +4,7 @@
 #include "answer.h"
 #include "clip_choice.h"
 #include "json_in.h"
+#include "node_names.h"
 #include "tweend/json_print.h"
 
 #include <string.h>
@@ -122,17 +123,6 @@ static bool fail_without_memory(const compiling *c) {
   return api_fault_without_memory(c->fault);
 }
 
-/* For each node of `from` the node of the same name in `to`. NULL without memory. */
-static uint32_t *map_by_name(const compiling *c, const tw_model *from, const tw_model *to) {
-  uint32_t *map = tw_arena_alloc_raw(c->scratch, from->node_count, sizeof *map);
-  for (uint32_t i = 0; map && i < from->node_count; i++) {
-    char buffer[24];
-    const char *name = tw_model_node_name(from, i, buffer);
-    map[i] = from == to ? i : tw_model_find_node(to, name, strlen(name)); /* or NODE_MISSING */
-  }
-  return map;
-}
-
 /* The map of a layer: `map` but for nodes outside of the layer's subtrees. NULL without memory. */
 static uint32_t *mask_map(const compiling *c, const tw_model *model, const tw_clip_layer *layer,
                           const uint32_t *map) {
@@ -181,18 +171,21 @@ static bool add_face(const compiling *c, const tw_clip_keys *face, tw_clip_keys 
 static bool compile_keys(const compiling *c, const tw_model *model, const tw_clip_keys *source,
                          const uint32_t *map, const tw_clip_keys *face, made_clip *out) {
   tw_track_keys *tracks = tw_arena_alloc_raw(c->scratch, source->track_count, sizeof *tracks);
-  if (!tracks) return fail_without_memory(c);
+  uint8_t *moved = tw_arena_alloc(c->scratch, c->model->node_count, 1); /* as of api_track_take */
+  if (!tracks || !moved) return fail_without_memory(c);
   tw_clip_keys keys = {.tracks = tracks};
   for (uint32_t i = 0; i < source->track_count; i++) {
     const tw_track_keys *track = &source->tracks[i];
     uint32_t node = map[track->node];
     char buffer[24];
-    if (node == NODE_MISSING && !api_note_missing(c->notes, tw_model_node_name(model, track->node, buffer)))
-      return fail_without_memory(c);
+    const char *name = tw_model_node_name(model, track->node, buffer);
+    if (node == NODE_MISSING && !api_note_missing(c->notes, name)) return fail_without_memory(c);
     if (node == NODE_MISSING || node == NODE_LEFT) continue;
-    bool fits;
-    if (!api_track_check(c->notes, c->model, track, node, &fits)) return fail_without_memory(c);
-    if (!fits) continue;
+    bool fits, is_free = true;
+    if (!api_track_check(c->notes, c->model, track, node, &fits) ||
+        (fits && !api_track_take(c->notes, moved, track, node, name, &is_free)))
+      return fail_without_memory(c);
+    if (!fits || !is_free) continue;
     tracks[keys.track_count] = *track;
     tracks[keys.track_count++].node = node;
   }
@@ -215,7 +208,7 @@ static bool find_keys(const compiling *c, const api_bound_clip *bound, tw_clip_k
   own.layers = NULL;
   own.force = -1;
   made_clip made = {0};
-  uint32_t *map = map_by_name(&own, bound->model, bound->model);
+  uint32_t *map = api_nodes_by_name(bound->model, bound->model, c->scratch);
   if (!map) return fail_without_memory(c);
   if (!compile_mixed(&own, bound, map, &made)) return false;
   const char *name = out->name;
@@ -340,7 +333,7 @@ static bool compile_layer(const compiling *c, const api_bound_clip *bound, uint3
     return false;
   }
   if (!below->entry) return compile_any(c, below, map, out);
-  uint32_t *names = map_by_name(c, below->model, bound->model);
+  uint32_t *names = api_nodes_by_name(below->model, bound->model, c->scratch);
   if (!names) return fail_without_memory(c);
   chain_map(names, below->model->node_count, map);
   return compile_any(c, below, names, out);
@@ -388,7 +381,7 @@ static bool compile_mixed(const compiling *c, const api_bound_clip *bound, const
 static bool compile_chosen(const compiling *c, api_mixing *mixing, const api_bound_clip *bound,
                            made_clip *out) {
   bool is_carried = bound->model != c->model && mixing->retarget->is_auto;
-  uint32_t *map = map_by_name(c, is_carried ? c->model : bound->model, c->model);
+  uint32_t *map = api_nodes_by_name(is_carried ? c->model : bound->model, c->model, c->scratch);
   if (!map) return fail_without_memory(c);
   if (!is_carried) return compile_any(c, bound, map, out);
   const char *report;

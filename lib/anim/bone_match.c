@@ -90,6 +90,7 @@ static named *list_names(const matching *m, uint32_t *count) {
   return list && tw_sort(list, *count, sizeof *list, compare_named) == TW_OK ? list : NULL;
 }
 
+/* The place in the list of the first node of a name, or where it would be. */
 static uint32_t find_name(const named *list, uint32_t count, const char *name) {
   uint32_t low = 0, high = count;
   while (low < high) {
@@ -99,13 +100,14 @@ static uint32_t find_name(const named *list, uint32_t count, const char *name) {
     else
       high = middle;
   }
-  return low < count && strcmp(list[low].name, name) == 0 ? list[low].node : TW_NO_INDEX;
+  return low;
 }
 
 /* Whether equal names make a pair: nodes that are no bones, as meshes, may have them too, and count only
- * where the clip moves them. */
-static bool are_bones(const matching *m, uint32_t source, uint32_t target) {
-  return m->is_moved[source] || (m->match->is_source_bone[source] && m->match->is_target_bone[target]);
+ * where the clip moves them, after bones. */
+static bool are_bones(const matching *m, uint32_t source, uint32_t target, bool may_be_others) {
+  return (may_be_others && m->is_moved[source]) ||
+         (m->match->is_source_bone[source] && m->match->is_target_bone[target]);
 }
 
 /* The index of a node in a spine; the spine's count where the spine does not have the node. */
@@ -132,17 +134,37 @@ static bool contradict(const matching *m, uint32_t source, uint32_t target) {
   return b != TW_BONES && is_taken_over(&m->job->source, m->source_bones, &m->source_spine, b, source);
 }
 
+/* The first node of the source with a target's name that makes a pair with it: of several bones of one name
+ * the first ones match, then the second ones. matched: [count] how many of the name that begins there are
+ * matched, at least. Looks at no more than some. */
+static uint32_t find_namesake(const matching *m, const named *list, uint32_t count, uint32_t *matched,
+                              uint32_t target, bool may_be_others) {
+  enum { NAMESAKES_MOST = 64 };
+  const char *name = m->job->target.nodes[target].name;
+  uint32_t first = find_name(list, count, name), at = first < count ? first + matched[first] : count;
+  for (int looks = 0; looks < NAMESAKES_MOST && at < count && strcmp(list[at].name, name) == 0;
+       looks++, at++) {
+    uint32_t source = list[at].node;
+    if (at == first + matched[first] && m->is_taken[source]) matched[first]++;
+    if (is_free(m, source, target) && are_bones(m, source, target, may_be_others) &&
+        !contradict(m, source, target))
+      return source;
+  }
+  return TW_NO_INDEX;
+}
+
 static bool match_names(matching *m) {
   const tw_skeleton *target = &m->job->target;
   uint32_t count;
   const named *list = list_names(m, &count);
-  if (!list) return false;
-  for (uint32_t i = 0; i < target->node_count; i++) {
-    if (!target->nodes[i].name || m->match->source_of[i] != TW_NO_INDEX) continue;
-    uint32_t source = find_name(list, count, target->nodes[i].name);
-    if (is_free(m, source, i) && are_bones(m, source, i) && !contradict(m, source, i))
-      join(m, source, i, TW_MATCH_NAME);
-  }
+  uint32_t *matched = list ? tw_arena_alloc(m->arena, count, sizeof *matched) : NULL;
+  if (!matched) return false;
+  for (int pass = 0; pass < 2; pass++)
+    for (uint32_t i = 0; i < target->node_count; i++) {
+      if (!target->nodes[i].name || m->match->source_of[i] != TW_NO_INDEX) continue;
+      uint32_t source = find_namesake(m, list, count, matched, i, pass == 1);
+      if (source != TW_NO_INDEX) join(m, source, i, TW_MATCH_NAME);
+    }
   return true;
 }
 

@@ -320,34 +320,38 @@ static tw_status follow(inspection *in, uint32_t root) {
   return TW_OK;
 }
 
-/* The angle in radians about the up axis from a node's first pose to another pose, whichever way the first
- * one faces. */
-static double yaw_between(const inspection *in, const float first[16], const float matrix[16]) {
-  tw_trs from, to;
-  double back[4], q[4], turn[4];
-  tw_trs_from_matrix(first, &from);
+/* The angle in radians about the up axis from a node's first pose, of which `back` is the inverse rotation,
+ * to another pose, whichever way the first one faces. */
+static double yaw_between(const inspection *in, const double back[4], const float matrix[16]) {
+  tw_trs to;
+  double q[4], turn[4];
   tw_trs_from_matrix(matrix, &to);
-  quat_widen(from.rotation, back);
   quat_widen(to.rotation, q);
-  for (int i = 0; i < 3; i++) back[i] = -back[i];
   quat_multiply(q, back, turn);
   return 2 * atan2(tw_dot3(turn, in->up), turn[3]);
 }
 
-static void judge_travel(const inspection *in, uint32_t root) {
+static tw_status judge_travel(const inspection *in, uint32_t root) {
+  enum { STEPS_A_FRAME = 400 };
   tw_clip_travel *travel = &in->report->root;
   const float *poses = in->root_poses;
-  double path = 0, yaw = 0;
+  double path = 0, yaw = 0, back[4];
+  tw_trs first;
+  tw_trs_from_matrix(poses, &first);
+  quat_widen(first.rotation, back);
+  for (int i = 0; i < 3; i++) back[i] = -back[i];
   for (uint32_t f = 1; f < in->frame_count; f++) {
     const float *pose = poses + 16 * (size_t)f;
     path += distance_between(pose - 16 + 12, pose + 12);
-    double next = yaw_between(in, poses, pose);
+    double next = yaw_between(in, back, pose);
     travel->turn += remainder(next - yaw, 2 * TW_PI);
     yaw = next;
+    if (!tw_work(STEPS_A_FRAME)) return TW_CANCELLED;
   }
   travel->node = root;
   travel->distance = distance_between(poses + 12, poses + 16 * (size_t)(in->frame_count - 1) + 12);
   travel->speed = in->duration > 0 ? path / in->duration : 0;
+  return TW_OK;
 }
 
 /* ---- contacts -------------------------------------------------------------------------------- */
@@ -486,8 +490,8 @@ static tw_status inspect_frames(inspection *in) {
   if (!in->root_poses || !in->places) return TW_NO_MEMORY;
   status = follow(in, root);
   if (status != TW_OK) return status;
-  judge_travel(in, root);
-  return find_contacts(in);
+  status = judge_travel(in, root);
+  return status == TW_OK ? find_contacts(in) : status;
 }
 
 /* ---- tracks: noise and pops ------------------------------------------------------------------ */

@@ -361,9 +361,9 @@ static void fill_weights(const tw_layer *layer, const mix_moments *at, float *re
       continue;
     }
     const weight_ramp ramp = ramp_after(layer, find_key(layer, (double)times[i]));
-    const float start = (float)ramp.start, from = (float)ramp.from, slope = (float)ramp.slope;
     uint32_t end = run_end(times, at->rise, i, at->count, ramp.start, ramp.end);
-    for (; i < end; i++) weights[i] = from + slope * (times[i] - start);
+    /* In double precision: just before layers fade out, their mean goes by what is left of the weights. */
+    for (; i < end; i++) weights[i] = (float)ramp_at(&ramp, (double)times[i]);
   }
 }
 

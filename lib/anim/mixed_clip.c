@@ -1,5 +1,6 @@
 /* Mixed clips. They are evaluated by blocks of nodes or times, so that what their layers give stays in the
  * cache and on the stack. */
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
@@ -316,7 +317,11 @@ static void add_vectors(float *vectors, uint32_t width, const layer_values *laye
     size_t place = place_of(layer, i);
     float weight = layer->weights[i], *vector = vectors + layer->step * place;
     const float *value = layer->values + layer->step * place, *reference = references + step * i;
-    for (uint32_t k = 0; k < width; k++) vector[k] += (value[k] - reference[k]) * weight;
+    for (uint32_t k = 0; k < width; k++) { /* weights may exceed the range of float */
+      float sum = vector[k] + (value[k] - reference[k]) * weight;
+      sum = sum < FLT_MAX ? sum : FLT_MAX;
+      vector[k] = sum > -FLT_MAX ? sum : -FLT_MAX;
+    }
   }
 }
 

@@ -169,6 +169,9 @@ tw_status tw_keys_carry(tw_carrying *c, const tw_track_keys *track, uint32_t nod
 
 /* ---- places: retarget_places.c --------------------------------------------------------------- */
 
+/* Whether scales of hips, or of a matched node above them, go over: along the same axes. */
+bool tw_carries_scale(const tw_fitted_bone *bone);
+
 /* Carries the translation of hips, and of matched nodes above them, over by their places in the world. */
 tw_status tw_places_carry(tw_carrying *c, tw_error *error);
 

@@ -55,9 +55,10 @@ static tw_status find_rest(const tw_skeleton *skeleton, tw_arena *arena, tw_rest
   uint32_t count = skeleton->node_count;
   out->rotation = tw_arena_alloc_raw(arena, count, sizeof *out->rotation);
   out->place = tw_arena_alloc_raw(arena, count, sizeof *out->place);
+  out->unit = tw_arena_alloc_raw(arena, count, sizeof *out->unit);
   tw_trs *locals = tw_arena_alloc_raw(arena, count, sizeof *locals);
   float *world = tw_arena_alloc_raw(arena, count, 16 * sizeof *world);
-  if (!out->rotation || !out->place || !locals || !world)
+  if (!out->rotation || !out->place || !out->unit || !locals || !world)
     return tw_fail(error, TW_NO_MEMORY, "no memory for a rest pose");
   for (uint32_t i = 0; i < count; i++) locals[i] = skeleton->nodes[i].rest;
   tw_pose_locals(NULL, skeleton->nodes, count, locals, world);
@@ -72,6 +73,9 @@ static tw_status find_rest(const tw_skeleton *skeleton, tw_arena *arena, tw_rest
     else
       memcpy(out->rotation[node], own, sizeof own);
     for (int k = 0; k < 3; k++) out->place[node][k] = (double)world[16 * (size_t)node + 12 + (size_t)k];
+    const float *scale = skeleton->nodes[node].rest.scale;
+    out->unit[node] = cbrt(fabs((double)scale[0] * (double)scale[1] * (double)scale[2]));
+    if (parent != TW_NO_INDEX) out->unit[node] *= out->unit[parent];
   }
   return TW_OK;
 }

@@ -8,6 +8,7 @@
 typedef struct tw_rest {
   double (*rotation)[4]; /* [nodes] products of the nodes' rotations, scales left out */
   double (*place)[3];    /* [nodes] */
+  double *unit;          /* [nodes] how long a length of 1 in the node's frame is, in the mean of its axes */
 } tw_rest;
 
 /* How a bone in between moves. */

@@ -102,8 +102,23 @@ static tw_status carry_rotations(tw_carrying *c, tw_error *error) {
 
 /* ---- translations and scales of other bones -------------------------------------------------- */
 
+static double unit_of(const tw_rest *rest, uint32_t node) {
+  return node == TW_NO_INDEX ? 1 : rest->unit[node];
+}
+
+/* From lengths in the frame of the source's parent to those in the frame of the target's: rigs may be scaled
+ * as a whole by a node above them. */
+static double local_scale(const tw_carrying *c, const tw_fitted_bone *bone) {
+  static const double ROUNDING = 1e-6;
+  const tw_fit *fit = &c->fit;
+  double from = unit_of(&fit->source, c->job->source.nodes[bone->source].parent),
+         to = unit_of(&fit->target, c->job->target.nodes[bone->target].parent);
+  if (!(from > 0 && to > 0) || fabs(from / to - 1) < ROUNDING) return fit->scale;
+  return fit->scale * (from / to);
+}
+
 /* Whether a bone's rest translation and rotation are those of the source's bone, scaled. */
-static bool rests_alike(const tw_carrying *c, const tw_fitted_bone *bone) {
+static bool rests_alike(const tw_carrying *c, const tw_fitted_bone *bone, double scale) {
   const tw_fit *fit = &c->fit;
   const tw_node *source = &c->job->source.nodes[bone->source], *target = &c->job->target.nodes[bone->target];
   if (bone->above == TW_NO_INDEX) return false;
@@ -112,7 +127,7 @@ static bool rests_alike(const tw_carrying *c, const tw_fitted_bone *bone) {
     return false;
   double from[3], to[3], way[3], a[4], b[4];
   for (int i = 0; i < 3; i++) {
-    from[i] = fit->scale * (double)source->rest.translation[i];
+    from[i] = scale * (double)source->rest.translation[i];
     to[i] = (double)target->rest.translation[i];
     way[i] = to[i] - from[i];
   }
@@ -143,10 +158,16 @@ static void map_alike(const void *context, const double *value, bool is_tangent,
 
 /* Whether a track leaves its node at rest. */
 static bool stays(const tw_carrying *c, const tw_track_keys *track, const float *rest) {
-  double room = track->path == TW_SCALE ? LIKE : c->job->tolerance.distance * c->fit.size / c->fit.scale;
-  if (track->interpolation == TW_CUBICSPLINE) return false;
-  for (size_t i = 0; i < 3 * (size_t)track->key_count; i++)
-    if (fabs((double)track->values[i] - (double)rest[i % 3]) > room) return false;
+  double unit = unit_of(&c->fit.source, c->job->source.nodes[track->node].parent) * c->fit.scale;
+  double room = track->path == TW_SCALE ? LIKE : c->job->tolerance.distance * c->fit.size / unit;
+  bool is_cubic = track->interpolation == TW_CUBICSPLINE;
+  double seconds = is_cubic ? (double)track->times[track->key_count - 1] - (double)track->times[0] : 0;
+  for (size_t row = 0; row < (size_t)track->key_count * (is_cubic ? 3 : 1); row++)
+    for (int i = 0; i < 3; i++) {
+      double value = (double)track->values[3 * row + (size_t)i];
+      bool is_tangent = is_cubic && row % 3 != 1;
+      if (fabs(is_tangent ? value * seconds : value - (double)rest[i]) > room) return false;
+    }
   return true;
 }
 
@@ -158,13 +179,13 @@ static tw_status carry_alike(tw_carrying *c, const tw_fitted_bone *bone, tw_path
   const float *target = path == TW_SCALE ? to->scale : to->translation;
   if (track == TW_NO_INDEX || (path == TW_TRANSLATION && bone->is_carrier)) return TW_OK;
   if (path == TW_TRANSLATION && c->spine && bone->target == c->spine->first) return TW_OK; /* the swing's */
-  bool is_alike =
-      bone->is_carrier ? tw_angle_between(bone->offset, TW_QUAT_IDENTITY) <= LIKE : rests_alike(c, bone);
+  double scale = local_scale(c, bone);
+  bool is_alike = bone->is_carrier ? tw_carries_scale(bone) : rests_alike(c, bone, scale);
   if (!is_alike) {
     c->lost_count += !stays(c, &c->tracks[track], source);
     return TW_OK;
   }
-  likeness like = {.scale = c->fit.scale, .is_ratio = path == TW_SCALE};
+  likeness like = {.scale = scale, .is_ratio = path == TW_SCALE};
   for (int i = 0; i < 3; i++) {
     like.from[i] = (double)source[i];
     like.to[i] = (double)target[i];

@@ -93,6 +93,32 @@ static void into(const world *at, double point[3]) {
   for (int i = 0; i < 3; i++) point[i] /= determinant;
 }
 
+bool tw_carries_scale(const tw_fitted_bone *bone) {
+  static const double LIKE = 1e-3; /* radians */
+  return tw_angle_between(bone->offset, TW_QUAT_IDENTITY) <= LIKE;
+}
+
+/* The track of the source that scales a node above the hips, as carry_others in retarget_keys.c carries it
+ * over; TW_NO_INDEX where there is none. */
+static uint32_t scale_track(const tw_carrying *c, uint32_t node) {
+  uint32_t bone = c->fit.bone_of[node];
+  if (bone == TW_NO_INDEX || !c->fit.bones[bone].is_carrier || !tw_carries_scale(&c->fit.bones[bone]))
+    return TW_NO_INDEX;
+  return c->track_of[TW_SCALE][c->fit.bones[bone].source];
+}
+
+/* The scale of a node of the target at a time. */
+static void scale_at(const tw_carrying *c, uint32_t node, float time, float out[3]) {
+  const float *rest = c->job->target.nodes[node].rest.scale;
+  uint32_t track = scale_track(c, node);
+  memcpy(out, rest, 3 * sizeof *out);
+  if (track == TW_NO_INDEX) return;
+  const float *source = c->job->source.nodes[c->fit.bones[c->fit.bone_of[node]].source].rest.scale;
+  tw_clip_sample(c->clip, track, &time, 1, out);
+  for (int i = 0; i < 3; i++)
+    if (source[i] != 0) out[i] = (float)((double)out[i] * ((double)rest[i] / (double)source[i]));
+}
+
 /* From the target's world into the frame of the bone's parent, as the nodes above are at this time. */
 static void localize(const tw_carrying *c, const place *place, float time, double point[3]) {
   world at = {.axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
@@ -104,10 +130,12 @@ static void localize(const tw_carrying *c, const place *place, float time, doubl
     }
     const tw_trs *rest = &c->job->target.nodes[node].rest;
     double rotation[4], translation[3];
+    float scale[3];
+    scale_at(c, node, time, scale);
     tw_rest_turn(&c->job->target, node, rotation);
     for (int k = 0; k < 3; k++) translation[k] = (double)rest->translation[k];
     if (c->turns[node]) tw_turn_at(c, c->turns[node], time, place->room, rotation);
-    descend(&at, rotation, translation, rest->scale);
+    descend(&at, rotation, translation, scale);
     if (place->carriers[i]) target_world(c, place->carriers[i], time, at.origin);
   }
   into(&at, point);
@@ -126,14 +154,14 @@ static void signal_place(const void *context, float time, double *out) {
 }
 
 /* The tracks that a place depends on: those of the source's nodes from the root to its own, and those that
- * turn the target's nodes above. */
+ * turn and scale the target's nodes above. */
 static bool find_tracks(const tw_carrying *c, const place *place, uint32_t **tracks, uint32_t *count) {
   const tw_node *nodes = c->job->source.nodes;
   uint32_t source = c->fit.bones[place->bone].source;
   size_t most = 0;
   for (uint32_t node = source; node != TW_NO_INDEX; node = nodes[node].parent) most += 3;
   for (uint32_t i = 0; i < place->depth; i++)
-    if (c->turns[place->way[i]]) most += c->turns[place->way[i]]->path.count;
+    most += 1 + (c->turns[place->way[i]] ? c->turns[place->way[i]]->path.count : 0);
   *tracks = tw_arena_alloc_raw(c->scratch, most, sizeof **tracks);
   *count = 0;
   if (!*tracks) return false;
@@ -145,6 +173,8 @@ static bool find_tracks(const tw_carrying *c, const place *place, uint32_t **tra
   if (*count == 0) return true;
   for (uint32_t i = 0; i < place->depth; i++) {
     const tw_bone_turn *turn = c->turns[place->way[i]];
+    uint32_t scale = scale_track(c, place->way[i]);
+    if (scale != TW_NO_INDEX) (*tracks)[(*count)++] = scale;
     for (uint32_t k = 0; turn && k < turn->path.count; k++) (*tracks)[(*count)++] = turn->path.steps[k].track;
   }
   return true;
@@ -221,7 +251,7 @@ static tw_status make_place(tw_carrying *c, uint32_t bone, place **places, const
   for (uint32_t node = nodes[target].parent, i = depth; node != TW_NO_INDEX; node = nodes[node].parent) {
     way[--i] = node;
     if (fit->bone_of[node] != TW_NO_INDEX) carriers[i] = places[fit->bone_of[node]];
-    has_matrix[i] = nodes[node].has_matrix && !has_track[node];
+    has_matrix[i] = nodes[node].has_matrix && !has_track[node] && scale_track(c, node) == TW_NO_INDEX;
     if (c->turns[node] && c->turns[node]->path.count > steps) steps = c->turns[node]->path.count;
   }
   *made = (place){.bone = bone,

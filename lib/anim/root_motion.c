@@ -2,6 +2,7 @@
  * back gives what was there but for the rounding of the results. */
 #include "tweend/root_motion.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -37,8 +38,8 @@ static void turn_about_y(const double half[2], double sign, const double v[3], d
   out[0] = x, out[1] = v[1], out[2] = z;
 }
 
-/* The components of the rotation nearest to a linear part that tell its turn about y: w and y, in proportion
- * (Shepperd 1978: the largest of four is not divided by). */
+/* The components of the rotation of a linear part that turns and scales evenly which tell its turn about y: w
+ * and y, in proportion (Shepperd 1978: the largest of four is not divided by). */
 static void find_twist(double axes[3][3], double half[2]) {
   double trace = axes[0][0] + axes[1][1] + axes[2][2],
          size = cbrt(fabs(tw_determinant3(axes[0], axes[1], axes[2])));
@@ -58,12 +59,36 @@ static void find_twist(double axes[3][3], double half[2]) {
   }
 }
 
+/* Whether a linear part turns and scales evenly. */
+static bool is_even(const tw_affine *m) {
+  static const double ROOM = 1e-4;
+  double size = tw_length3(m->axes[0]);
+  for (int i = 0; i < 3; i++) {
+    const double *a = m->axes[i], *b = m->axes[(i + 1) % 3];
+    if (fabs(tw_length3(a) - size) > ROOM * size || fabs(tw_dot3(a, b)) > ROOM * size * size) return false;
+  }
+  return size > 0;
+}
+
+/* The same of one that a clip stretches and squashes, by the rotation that fits its axes best: that of its
+ * polar decomposition. */
+static void find_twist_of_uneven(double axes[3][3], double half[2]) {
+  double unit[3][3], q[4], most = 0;
+  half[0] = half[1] = 0;
+  for (int i = 0; i < 9; i++) most = fmax(most, fabs(axes[i / 3][i % 3]));
+  if (!(most > 0)) return;
+  for (int i = 0; i < 9; i++) unit[i / 3][i % 3] = axes[i / 3][i % 3] / most;
+  tw_quat_best(unit, q);
+  half[0] = fabs(q[3]) * most;
+  half[1] = (q[3] < 0 ? -q[1] : q[1]) * most;
+}
+
 static root_state state_of(const rooting *r, const tw_affine *world) {
   root_state state = {{1, 0}, {0, 0, 0}};
   if (r->axes & TW_ROOT_YAW) {
     double half[2];
     tw_affine turn = tw_affine_product(world, &r->start_inverse);
-    find_twist(turn.axes, half);
+    (is_even(&turn) ? find_twist : find_twist_of_uneven)(turn.axes, half);
     double length = hypot(half[0], half[1]), size = tw_length3(turn.axes[0]);
     bool turns =
         length > 1e-9 * size && fabs(half[1]) > 1e-12 * length; /* less is noise: R(0) is the identity */
@@ -92,6 +117,11 @@ static root_moment moment_at(const tw_clip *clip, float time) {
   return moment;
 }
 
+/* Places beyond the range of float end there. */
+static float narrow(double value) {
+  return (float)fmax(-(double)FLT_MAX, fmin((double)FLT_MAX, value));
+}
+
 /* The node's transform without the motion: parent^-1 R^-1 parent local. */
 static void take_out(const root_moment *moment, tw_trs *out) {
   double local[3], world[3], back[3];
@@ -102,7 +132,7 @@ static void take_out(const root_moment *moment, tw_trs *out) {
   turn_about_y(moment->root.half, -1, world, back);
   for (int i = 0; i < 3; i++) back[i] -= moment->parent.at[i];
   tw_affine_solve(&moment->parent, back, local);
-  for (int i = 0; i < 3; i++) out->translation[i] = (float)local[i];
+  for (int i = 0; i < 3; i++) out->translation[i] = narrow(local[i]);
   if (moment->root.half[1] == 0) return;
   const double turn[4] = {0, -moment->root.half[1], 0, moment->root.half[0]};
   double inside[4], q[4], result[4];
@@ -119,7 +149,7 @@ static void put_in_front(const root_state *root, tw_trs *local) {
   const double turn[4] = {0, root->half[1], 0, root->half[0]};
   for (int i = 0; i < 3; i++) at[i] = (double)local->translation[i];
   turn_about_y(root->half, 1, at, moved);
-  for (int i = 0; i < 3; i++) local->translation[i] = (float)(moved[i] + root->shift[i]);
+  for (int i = 0; i < 3; i++) local->translation[i] = narrow(moved[i] + root->shift[i]);
   quat_widen(local->rotation, q);
   quat_multiply(turn, q, result);
   quat_narrow(result, local->rotation);
@@ -179,17 +209,6 @@ void tw_clip_root_at(const tw_clip *clip, float time, tw_trs *out) {
 }
 
 /* ---- making ---------------------------------------------------------------------------------- */
-
-/* Whether a linear part turns and scales evenly. */
-static bool is_even(const tw_affine *m) {
-  static const double ROOM = 1e-4;
-  double size = tw_length3(m->axes[0]);
-  for (int i = 0; i < 3; i++) {
-    const double *a = m->axes[i], *b = m->axes[(i + 1) % 3];
-    if (fabs(tw_length3(a) - size) > ROOM * size || fabs(tw_dot3(a, b)) > ROOM * size * size) return false;
-  }
-  return size > 0;
-}
 
 static void start(const tw_clip *clip, rooting *r) {
   tw_affine parent = tw_way_parent_at(clip, &r->way, 0);
@@ -274,6 +293,52 @@ static bool build(tw_clip *inner, const tw_root_job *job, tw_clip *clip, rooting
   return true;
 }
 
+/* Whether a turn about y in the world is one in the frame m: whether m m^T is the same around y. */
+static bool holds_yaw(const tw_affine *m) {
+  static const double ROOM = 2e-4;
+  double square[3][3] = {{0}};
+  for (int i = 0; i < 9; i++)
+    for (int k = 0; k < 3; k++) square[i / 3][i % 3] += m->axes[k][i / 3] * m->axes[k][i % 3];
+  double most = fmax(fmax(square[0][0], square[1][1]), square[2][2]) * ROOM;
+  return fabs(square[0][0] - square[2][2]) <= most && fabs(square[0][2]) <= most &&
+         fabs(square[0][1]) <= most && fabs(square[1][2]) <= most;
+}
+
+/* Looks for a time at which the node's parent does not hold a turn. */
+typedef struct yaw_check {
+  const tw_clip *clip;
+  const tw_way *way;
+  double before; /* the time looked at last */
+  bool fails;
+} yaw_check;
+
+/* Looks at a time and two before it. */
+static bool check_yaw(void *context, double time) {
+  enum { STEPS_A_NODE = 30 };
+  yaw_check *c = context;
+  for (int i = 0; i < 3 && !c->fails; i++) {
+    float at = (float)(time + (c->before - time) * i / 3);
+    tw_affine parent = tw_way_parent_at(c->clip, c->way, at);
+    c->fails = !holds_yaw(&parent);
+  }
+  c->before = time;
+  return !c->fails && tw_work(STEPS_A_NODE * (uint64_t)(c->way->count + 1) * c->clip->cost);
+}
+
+/* Whether the node's parent, which scales evenly at time 0, holds turns later too, where scales above it
+ * move. Looks at some ten thousand times at most. */
+static bool keeps_yaw(const tw_clip *clip, const tw_way *way) {
+  enum { NODES_MOST = 1 << 20, TIMES_A_BEND = 3 };
+  uint64_t left = NODES_MOST / (TIMES_A_BEND * clip->cost * (uint64_t)(way->count + 1)) + 1;
+  yaw_check check = {.clip = clip, .way = way};
+  const tw_bend_sink sink = {check_yaw, &check, &left};
+  bool is_scaled = false, goes_on = true;
+  for (uint32_t i = 0; i < way->count; i++) is_scaled |= way->nodes[i].tracks[TW_SCALE] != TW_NO_INDEX;
+  for (uint32_t i = 0; is_scaled && goes_on && i < way->count; i++)
+    goes_on = tw_way_node_bends(clip, &way->nodes[i], &sink);
+  return !check.fails;
+}
+
 tw_status tw_clip_take_root(tw_clip *clip, const tw_root_job *job, tw_clip **out, tw_error *error) {
   tw_arena *arena = tw_arena_create();
   tw_clip *rooted = arena ? tw_arena_alloc(arena, 1, sizeof *rooted) : NULL;
@@ -284,7 +349,7 @@ tw_status tw_clip_take_root(tw_clip *clip, const tw_root_job *job, tw_clip **out
     return tw_fail(error, TW_NO_MEMORY, "no memory for root motion");
   }
   tw_affine parent = tw_way_parent_at(clip, &r->way, 0);
-  if ((job->axes & TW_ROOT_YAW) && !is_even(&parent)) {
+  if ((job->axes & TW_ROOT_YAW) && !(is_even(&parent) && keeps_yaw(clip, &r->way))) {
     tw_arena_destroy(arena);
     return tw_fail(error, TW_UNSUPPORTED,
                    "a turn cannot be taken out below nodes with unequal scales or shear: leave yaw out of "

@@ -54,6 +54,82 @@ TEST_WITH(a_clip_of_another_skeleton_is_told_to_need_carrying_over, setup, fixtu
   reply_free(&r);
 }
 
+/* A clip that moves two nodes called a to x = 1 and x = 2. */
+static const char namesakes[] =
+    "{'asset':{'version':'2.0'},'nodes':[{'name':'top','children':[1,2]},{'name':'a'},{'name':'a'}],"
+    "'scene':0,'scenes':[{'nodes':[0]}],'buffers':[{'byteLength':28,'uri':"
+    "'data:application/"
+    "octet-stream;base64,AAAAAAAAgD8AAAAAAAAAAAAAAEAAAAAAAAAAAA=='}],'bufferViews':[{'buffer':0,'byteLength':"
+    "28}],"
+    "'accessors':[{'bufferView':0,'componentType':5126,'count':1,'type':'SCALAR','min':[0],'max':[0]},"
+    "{'bufferView':0,'byteOffset':4,'componentType':5126,'count':1,'type':'VEC3'},"
+    "{'bufferView':0,'byteOffset':16,'componentType':5126,'count':1,'type':'VEC3'}],"
+    "'animations':[{'name':'c','samplers':[{'input':0,'output':1},{'input':0,'output':2}],'channels':["
+    "{'sampler':0,'target':{'node':1,'path':'translation'}},"
+    "{'sampler':1,'target':{'node':2,'path':'translation'}}]}]}";
+
+TEST_WITH(nodes_of_one_name_are_those_at_the_same_places, setup, fixture_stop) {
+  static const struct {
+    const char *nodes, *translations;
+    bool is_told;
+  } models[] = {
+      {"{'name':'a'},{'name':'b'},{'name':'a'},{'name':'a'}", "[[1,0,0],[0,0,0],[2,0,0],[0,0,0]]", false},
+      {"{'name':'b'},{'name':'a'}", "[[0,0,0],[1,0,0]]", true}};
+  one_model *f = *state;
+  char lender[API_ID_TEXT], mixer[API_ID_TEXT], text[400], target[160], translation[80];
+  loopback_upload(f->loop, "model/gltf+json", namesakes, lender);
+  for (size_t i = 0; i < 2; i++) {
+    snprintf(text, sizeof text, "{'nodes':[%s],'clips':[{'name':'m','layers':[{'clip':'%s/c'}]}]}",
+             models[i].nodes, lender);
+    loopback_upload(f->loop, "application/json", text, mixer);
+    snprintf(translation, sizeof translation, "'translation':%s", models[i].translations);
+    for (int is_mixed = 0; is_mixed < 2; is_mixed++) {
+      snprintf(target, sizeof target, "/v1/models/%s/pose?clip=%s%s", mixer, is_mixed ? "" : lender,
+               is_mixed ? "m" : "/c");
+      reply r = loopback_get(f->loop, target);
+      assert_int_equal(r.status, 200);
+      assert_says(&r, translation);
+      assert_int_equal(reply_header(&r, "X-Tweend-Warning") != NULL, models[i].is_told);
+      if (models[i].is_told)
+        assert_says(&r, "'warnings':['the clip moves more nodes of one name than the model has: a']");
+      reply_free(&r);
+    }
+  }
+  snprintf(target, sizeof target, "/v1/models/%s/pose?clip=%s/c", lender, lender);
+  reply r = loopback_get(f->loop, target);
+  assert_says(&r, "'translation':[[0,0,0],[1,0,0],[2,0,0]]");
+  reply_free(&r);
+}
+
+/* Of a clip of 2 s the model has the node alone whose track ends after 1 s. */
+TEST_WITH(a_borrowed_clip_lasts_as_long_whatever_of_it_is_left, setup, fixture_stop) {
+  static const char *const keys[] = {
+      "'interpolation':'step','values':[[0,0,0],[1,0,0]]",
+      "'interpolation':'cubicspline','values':[[0,0,0],[1,0,0]],'in_tangents':[[0,0,0],[5,0,0]],"
+      "'out_tangents':[[0,0,0],[5,0,0]]"};
+  one_model *f = *state;
+  char model[API_ID_TEXT], lender[API_ID_TEXT], text[500], target[160];
+  loopback_upload(f->loop, "application/json", "{'nodes':[{'name':'a'}]}", model);
+  for (size_t i = 0; i < 2; i++) {
+    snprintf(text, sizeof text,
+             "{'nodes':[{'name':'a'},{'name':'b'}],'clips':[{'name':'c','tracks':[{'node':'a','path':"
+             "'translation','times':[0,1],%s},{'node':'b','path':'scale','times':[2],'values':[[1,1,1]]}]}]}",
+             keys[i]);
+    loopback_upload(f->loop, "application/json", text, lender);
+    snprintf(target, sizeof target, "/v1/models/%s/pose?clip=%s/c&at=1,1.5,2", model, lender);
+    reply r = loopback_get(f->loop, target);
+    assert_says(&r, "'duration':2,");
+    cJSON *answer = cJSON_Parse(r.body);
+    for (int k = 0; k < 3; k++) assert_row(pose(answer, k), "translation", 0, 3, (double[]){1, 0, 0});
+    cJSON_Delete(answer);
+    reply_free(&r);
+    snprintf(target, sizeof target, "/v1/models/%s/surface.gltf?clip=%s/c", model, lender);
+    r = loopback_get(f->loop, target);
+    assert_says(&r, "'max':[2]");
+    reply_free(&r);
+  }
+}
+
 TEST_WITH(a_map_means_the_same_in_any_order, setup, fixture_stop) {
   static const char *const maps[] = {"%7B%22a%22:%22x%22,%22b%22:%22y%22,%22c%22:%22z%22%7D",
                                      "%7B%22c%22:%22z%22,%22a%22:%22x%22,%22b%22:%22y%22%7D",

@@ -152,6 +152,15 @@ TEST_WITH(loops_fold_the_time, setup, fixture_stop) {
   reply_free(&r);
 }
 
+/* 86 steps of 0.1 / 0.1 seconds are 85.99999999999999; a pose at 86 s is the start of a round, too. */
+TEST_WITH(a_round_begins_at_its_start_however_its_time_is_rounded, setup, fixture_stop) {
+  reply r = open_stream(*state, "fps=0.1&speed=0.1&from=0&loop=repeat");
+  const uint64_t frames[] = {84, 86, 162, 334, 374};
+  for (size_t i = 0; i < sizeof frames / sizeof *frames; i++) assert_true(time_of(&r, frames[i]) == 0);
+  assert_true(fabs(time_of(&r, 87) - 1) < 1e-6);
+  reply_free(&r);
+}
+
 TEST_WITH(time_goes_backwards_from_the_end, setup, fixture_stop) {
   assert_times(*state, "fps=1&speed=-0.75", 4, (double[]){2, 1.25, 0.5, 0});
   assert_times(*state, "fps=1&speed=-1.5&loop=repeat&from=1", 3, (double[]){1, 1.5, 0});

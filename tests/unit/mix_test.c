@@ -355,6 +355,55 @@ TEST(keyed_weights_fade_from_one_clip_to_the_next_in_one_phase) {
   end(m);
 }
 
+TEST(layers_that_all_fade_out_are_blended_up_to_their_end) {
+  static const float weights[2][2] = {{2, 0}, {1, 0}}, times[2][2] = {{2.7F, 109.7F}, {4.17F, 109.7F}};
+  seed = 6;
+  mixture *m = begin();
+  for (int i = 0; i < 2; i++) {
+    tw_layer layer = layer_of(TW_LAYER_REPLACE, &one);
+    layer.weight_count = 2, layer.weights = weights[i], layer.weight_times = times[i];
+    add(m, layer, 1, 120);
+  }
+  mix(m);
+  float time = 109.7F;
+  for (int i = 0; i < 40; i++) { /* ever farther from the end */
+    tw_trs locals[NODES];
+    float found[4];
+    for (int step = 0; step < i * i; step++) time = nextafterf(time, 0);
+    tw_clip_pose(m->clip, m->nodes, NODES, time, locals);
+    tw_clip_sample(m->clip, tw_clip_find(m->clip, 1, TW_TRANSLATION), &time, 1, found);
+    assert_memory_equal(found, locals[1].translation, sizeof locals[1].translation);
+  }
+  assert_samples_are_poses(m);
+  end(m);
+}
+
+TEST(what_weights_take_beyond_the_range_of_floats_ends_there) {
+  static const float most = 1e6F;
+  seed = 9;
+  mixture *m = begin();
+  for (int i = 0; i < 2; i++) {
+    tw_layer layer = layer_of(TW_LAYER_ADDITIVE, &most);
+    layer.reference = i; /* one way, then the other */
+    add(m, layer, 1, 1);
+    for (uint32_t n = 0; n < NODES; n++)
+      for (int k = 0; k < KEYS; k++)
+        for (int axis = 0; axis < 3; axis++) m->moves[i]->translations[n][k][axis] = 1e38F * (float)(k - 2);
+    tw_clip_destroy(m->moves[i]->clip);
+    tw_clip_keys keys = {.track_count = m->moves[i]->count, .tracks = m->moves[i]->tracks};
+    assert_int_equal(tw_clip_create(&keys, NODES, -1, &m->moves[i]->clip, NULL), TW_OK);
+  }
+  mix(m);
+  for (int i = 0; i <= 20; i++) {
+    tw_trs locals[NODES];
+    tw_clip_pose(m->clip, m->nodes, NODES, (float)i / 20, locals);
+    for (uint32_t n = 0; n < NODES; n++)
+      for (int k = 0; k < 3; k++)
+        assert_true(isfinite(locals[n].translation[k]) && isfinite(locals[n].scale[k]));
+  }
+  end(m);
+}
+
 TEST(without_weight_the_rest_pose_stands) {
   mixture *m = begin();
   static const float times[] = {0, 1, 2}, fade[] = {1, 0, 0};

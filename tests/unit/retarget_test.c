@@ -622,6 +622,87 @@ TEST(on_itself_a_clip_stays_below_shear_and_a_scale_of_0) {
   }
 }
 
+/* The nodes above the hips of both figures are scaled by the clip, unevenly. */
+TEST(a_scale_that_moves_above_the_hips_moves_them_as_far_as_in_the_source) {
+  static const float none[3] = {1, 1, 1}, rests[2][3] = {{1, 1, 1}, {100, 100, 100}};
+  static biped source, target;
+  static float scales[BIPED_KEYS][3];
+  for (int i = 0; i < 2; i++) {
+    make_pair(&source, &source, &target);
+    memcpy(hang(&source)->rest.scale, rests[i], sizeof rests[i]);
+    memcpy(hang(&target)->rest.scale, rests[0], sizeof rests[0]);
+    for (int k = 0; k < BIPED_KEYS; k++)
+      for (int axis = 0; axis < 3; axis++)
+        scales[k][axis] = rests[i][axis] * (1 + 0.1F * (float)k * (float)(axis - 1));
+    tw_track_keys *scale = &source.tracks[source.clip.track_count++];
+    *scale = source.tracks[source.clip.track_count - 2];
+    scale->node = source.count - 1;
+    scale->path = TW_SCALE;
+    scale->values = scales[0];
+    assert_true(worst_below(&source, &source, &source, none) < 1e-3 * (double)rests[i][0]);
+    tw_arena *arena = tw_arena_create();
+    tw_retarget_job job = job_of(&source, &target);
+    tw_retargeted out = run_good(&job, arena);
+    assert_true(worst_end(&source, &target, &out.keys, 1 / (double)rests[i][0], 0) < 1e-3);
+    tw_arena_destroy(arena);
+  }
+}
+
+/* The chest moves in its parent, and is scaled, which goes over where the bones rest alike. */
+TEST(translations_of_bones_go_over_between_figures_in_other_units_below_a_scale) {
+  static biped source, target;
+  static float moves[BIPED_KEYS][3], scales[BIPED_KEYS][3];
+  for (int is_target = 0; is_target < 2; is_target++) {
+    biped_make(&source, (biped_options){.scale = is_target ? 1 : 100});
+    biped_make(&target, (biped_options){.scale = is_target ? 100 : 1});
+    biped_animate(&source, 1, 3);
+    uint32_t chest = source.at[2], used = source.clip.track_count;
+    for (int k = 0; k < BIPED_KEYS; k++)
+      for (int axis = 0; axis < 3; axis++) {
+        moves[k][axis] = source.nodes[chest].rest.translation[axis] + 0.01F * (float)(source.scale * k);
+        scales[k][axis] = 1 + 0.05F * (float)k;
+      }
+    source.tracks[used] = source.tracks[used + 1] = source.tracks[used - 1];
+    source.tracks[used].node = source.tracks[used + 1].node = chest;
+    source.tracks[used].values = moves[0];
+    source.tracks[used + 1].values = scales[0];
+    source.tracks[used + 1].path = TW_SCALE;
+    source.clip.track_count = used + 2;
+    shrink(is_target ? &target : &source);
+    tw_arena *arena = tw_arena_create();
+    tw_retarget_job job = job_of(&source, &target);
+    tw_retargeted out = run_good(&job, arena);
+    assert_int_equal(out.lost_count, 0);
+    assert_true(worst_end(&source, &target, &out.keys, 1, 0) < 1e-3);
+    tw_arena_destroy(arena);
+  }
+}
+
+/* Tracks that leave a bone where it rests lose nothing where the target's bone rests otherwise, splines too.
+ */
+TEST(splines_that_rest_are_not_told_as_lost) {
+  static biped source, target;
+  static float rows[BIPED_KEYS][3][3]; /* in-tangent, value, out-tangent */
+  biped_make(&source, (biped_options){0});
+  biped_make(&target, (biped_options){.names = mixamo, .seed = 4});
+  biped_animate(&source, 1, 3);
+  uint32_t chest = source.at[2];
+  for (int k = 0; k < BIPED_KEYS; k++)
+    memcpy(rows[k][1], source.nodes[chest].rest.translation, sizeof rows[k][1]);
+  tw_track_keys *track = &source.tracks[source.clip.track_count++];
+  *track = source.tracks[source.clip.track_count - 2];
+  track->node = chest;
+  track->interpolation = TW_CUBICSPLINE;
+  track->values = rows[0][0];
+  for (uint32_t moves = 0; moves < 2; moves++) {
+    rows[3][2][1] = (float)moves; /* between keys alone */
+    tw_arena *arena = tw_arena_create();
+    tw_retarget_job job = job_of(&source, &target);
+    assert_int_equal(run_good(&job, arena).lost_count, moves);
+    tw_arena_destroy(arena);
+  }
+}
+
 /* Rests with the legs folded up; the clip, whose first pose is a T-pose that faces elsewhere, is as it was.
  */
 static void fold(biped *b) {
@@ -911,4 +992,35 @@ TEST(a_name_that_means_two_bones_does_not_match_itself) {
     if (strcmp(target.nodes[out.bones[i].target].name, "LeftShoulder") == 0)
       assert_string_equal(source.nodes[out.bones[i].source].name, "LeftCollar");
   tw_arena_destroy(arena);
+}
+
+/* Of two claws the first ones match, and the second ones; where the first is no bone, as a mesh that is
+ * called like one, the bones match all the same. */
+TEST(bones_of_one_name_match_in_their_order_before_what_is_no_bone) {
+  static biped source, target;
+  const char *names[BIPED_JOINTS];
+  for (uint32_t i = 0; i < BIPED_JOINTS; i++) names[i] = biped_joints[i].name;
+  names[18] = names[23] = "claw";
+  biped_make(&source, (biped_options){.names = names});
+  biped_make(&target, (biped_options){.names = names});
+  biped_animate(&source, 1, 5);
+  bool is_bone[2][BIPED_MOST];
+  memset(is_bone, true, sizeof is_bone);
+  for (int form = 0; form < 4; form++) { /* which of both figures has a first claw that is no bone */
+    tw_arena *arena = tw_arena_create();
+    tw_retarget_job job = job_of(&source, &target);
+    job.source.is_bone = is_bone[0];
+    job.target.is_bone = is_bone[1];
+    for (int i = 0; i < 2; i++) is_bone[i][source.at[18]] = !(form >> i & 1);
+    tw_retargeted out = run_good(&job, arena);
+    bool is_crossed = form == 1 || form == 2; /* the bone of one is the second, of the other the first claw */
+    uint32_t claws = 0;
+    for (uint32_t i = 0; i < out.bone_count; i++) {
+      bool is_claw = out.bones[i].target == target.at[18] || out.bones[i].target == target.at[23];
+      claws += is_claw;
+      if (!is_claw || !is_crossed) assert_int_equal(out.bones[i].source, out.bones[i].target);
+    }
+    assert_true(claws == 2 && out.bone_count == BIPED_JOINTS);
+    tw_arena_destroy(arena);
+  }
 }

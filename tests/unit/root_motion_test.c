@@ -172,8 +172,10 @@ TEST(what_is_taken_stands_still) {
   free(f);
 }
 
-TEST(a_whole_turn_about_y_is_told) {
+/* stretched: which node the clip stretches and squashes meanwhile; NODES: none */
+static void assert_whole_turn(uint32_t stretched, const float stretch[3]) {
   figure *f = make_figure(false);
+  float scales[KEYS][3];
   f->nodes[ARMATURE].rest = TW_TRS_IDENTITY;
   f->track_count = 2;
   for (int k = 0; k < KEYS; k++) {
@@ -181,6 +183,11 @@ TEST(a_whole_turn_about_y_is_told) {
     f->turns[k][0] = f->turns[k][2] = 0;
     f->turns[k][1] = (float)sin(half), f->turns[k][3] = (float)cos(half);
     f->places[k][0] = (float)k, f->places[k][1] = 1, f->places[k][2] = (float)(-2 * k);
+    for (int i = 0; i < 3; i++) scales[k][i] = k % 2 ? stretch[i] : 1;
+  }
+  if (stretched < NODES) {
+    f->tracks[f->track_count] = value_keys(TW_SCALE, TW_LINEAR, f->times, scales[0], KEYS);
+    f->tracks[f->track_count++].node = stretched;
   }
   tw_clip *rooted = take(f, compile(f), TW_ROOT_X | TW_ROOT_Z | TW_ROOT_YAW, TW_NO_INDEX);
   tw_trs locals[NODES], root;
@@ -307,6 +314,59 @@ TEST(the_usual_root_is_the_topmost_node_that_travels) {
   assert_int_equal(tw_clip_find_root(clip, f->nodes, f->order, NODES), TW_NO_INDEX);
   tw_clip_destroy(clip);
   free(f);
+}
+
+TEST(a_whole_turn_about_y_is_told) {
+  static const float tall[3] = {1, 3, 1}, wide[3] = {2, 0.4F, 2}, odd[3] = {0.5F, 1, 3}, flat[3] = {1, 0, 1};
+  assert_whole_turn(NODES, tall);
+  assert_whole_turn(HIPS, tall);
+  assert_whole_turn(HIPS, wide);
+  assert_whole_turn(HIPS, odd);
+  assert_whole_turn(HIPS, flat);
+  assert_whole_turn(ARMATURE, tall);
+}
+
+TEST(places_beyond_the_range_of_floats_end_there) {
+  seed = 8;
+  figure *f = make_figure(false);
+  for (int k = 0; k < KEYS; k++)
+    for (int i = 0; i < 3; i++) f->places[k][i] = k % 2 ? 3e38F : -3e38F;
+  f->nodes[ARMATURE].rest.scale[0] = f->nodes[ARMATURE].rest.scale[1] = f->nodes[ARMATURE].rest.scale[2] = 1;
+  tw_clip *rooted = take(f, compile(f), TW_ROOT_X | TW_ROOT_Z | TW_ROOT_YAW, TW_NO_INDEX);
+  for (int k = 0; k < 4 * KEYS; k++) {
+    tw_trs locals[NODES], root;
+    float time = (float)k / 12;
+    tw_clip_pose(rooted, f->nodes, NODES, time, locals);
+    tw_clip_root_at(rooted, time, &root);
+    for (int i = 0; i < 3; i++)
+      assert_true(isfinite(locals[HIPS].translation[i]) && isfinite(root.translation[i]));
+  }
+  tw_clip_destroy(rooted);
+  free(f);
+}
+
+TEST(a_turn_below_scales_that_become_unequal_is_refused) {
+  seed = 7;
+  for (int form = 0; form < 4; form++) { /* bit 0: along another axis than y; bit 1: STEP, for one key only */
+    figure *f = make_figure(false);
+    f->nodes[ARMATURE].rest = TW_TRS_IDENTITY;
+    float scales[KEYS][3];
+    for (int k = 0; k < KEYS; k++)
+      for (int i = 0; i < 3; i++)
+        scales[k][i] = i == (form & 1 ? 2 : 1) && (form & 2 ? k == 3 : k > 0) ? 1.1F : 1;
+    f->tracks[3] = value_keys(TW_SCALE, form & 2 ? TW_STEP : TW_LINEAR, f->times, scales[0], KEYS);
+    f->tracks[3].node = ARMATURE;
+    f->track_count = 4;
+    tw_clip *clip = compile(f), *out = NULL;
+    tw_root_job job = {f->nodes, NODES, HIPS, TW_ROOT_YAW, TW_NO_INDEX};
+    tw_error error;
+    tw_status expected = form & 1 ? TW_UNSUPPORTED : TW_OK;
+    assert_int_equal(tw_clip_take_root(clip, &job, &out, &error), expected);
+    job.axes = TW_ROOT_X;
+    if (expected != TW_OK) assert_int_equal(tw_clip_take_root(clip, &job, &out, &error), TW_OK);
+    tw_clip_destroy(out);
+    free(f);
+  }
 }
 
 TEST(a_turn_below_unequal_scales_is_refused) {

@@ -34,8 +34,8 @@ uint32_t tw_clip_find_root(const tw_clip *clip, const tw_node *nodes, const uint
                            uint32_t node_count);
 
 /* Wraps a clip, which *out owns after TW_OK. Of the wrapped clip's keys there are none (tw_clip_reduce with
- * NULL finds some). TW_UNSUPPORTED: a turn below parents with unequal scales, which a node's transform cannot
- * hold. TW_NO_MEMORY. */
+ * NULL finds some). TW_UNSUPPORTED: a turn below parents with unequal scales, at any time, which a node's
+ * transform cannot hold. TW_NO_MEMORY. */
 tw_status tw_clip_take_root(tw_clip *clip, const tw_root_job *job, tw_clip **out, tw_error *error);
 
 /* R(t) of a clip made by tw_clip_take_root. Any thread. */
