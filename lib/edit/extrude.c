@@ -16,6 +16,12 @@ typedef struct pull {
   double sum[3], total;
 } pull;
 
+/* Three corners of a face that span its plane. */
+typedef struct face_frame {
+  uint32_t face, origin, ends[2]; /* face: 1 + its index; 0: there is no frame yet */
+  double sides[2][3];             /* from the origin to the ends */
+} face_frame;
+
 typedef struct parting {
   tw_editor *editor;
   const tw_topology *t;
@@ -30,6 +36,7 @@ typedef struct parting {
   pull *pulls;          /* [corner_count] at the root: where its point goes */
   uint32_t *points;     /* [corner_count] at the root: its new point */
   uint32_t wall_count, new_count;
+  face_frame frame; /* of the face that was last asked for */
 } parting;
 
 /* Where directions diverge, a point moves at most this many times the distance. */
@@ -119,7 +126,9 @@ static bool is_new_fan(parting *p, uint32_t corner) {
 
 /* ---- where points go ------------------------------------------------------------------------- */
 
+/* A face without an area, and an edge without a length, have no direction and count for nothing. */
 static void add_pull(pull *to, const double *direction, double weight) {
+  if (tw_dot3(direction, direction) == 0) return;
   for (int i = 0; i < 3; i++) to->sum[i] += weight * direction[i];
   to->total += weight;
 }
@@ -178,28 +187,73 @@ static void find_shift(const parting *p, uint32_t fan, double out[3]) {
 /* Beyond this many side lengths a face's values mean nothing. */
 #define EXTRAPOLATION_MAX 1e6
 
+enum { TERMS_MAX = 6 }; /* of the mean of extrapolate_corner */
+
+/* Finds the shares of two sides that sum up to a vector. least: of the square of the sine between the sides,
+ * for which they span a plane. False where they do not, or the vector is too long. */
+static bool find_shares(const double one[3], const double other[3], double least, const double *by,
+                        double out[2]) {
+  double aa = tw_dot3(one, one), bb = tw_dot3(other, other), ab = tw_dot3(one, other);
+  double det = aa * bb - ab * ab, x = tw_dot3(by, one), y = tw_dot3(by, other);
+  if (!(det > least * aa * bb)) return false;
+  out[0] = (x * bb - y * ab) / det;
+  out[1] = (y * aa - x * ab) / det;
+  return fabs(out[0]) <= EXTRAPOLATION_MAX && fabs(out[1]) <= EXTRAPOLATION_MAX;
+}
+
+/* Finds the frame of a face: from its first corner to the farthest one, and to that which makes the largest
+ * triangle with both. O(corners), once for all corners of the face. */
+static const face_frame *find_frame(parting *p, uint32_t face) {
+  face_frame *frame = &p->frame;
+  if (frame->face == face + 1) return frame;
+  uint32_t begin = tw_face_begin(p->t, face), size = tw_face_size(p->t, face);
+  *frame = (face_frame){.face = face + 1, .origin = begin, .ends = {begin, begin}};
+  for (int i = 0; i < 2; i++) {
+    double most = 0, side[3], across[3];
+    for (uint32_t c = begin + 1; c < begin + size; c++) {
+      tw_side3(tw_editor_point(p->editor, p->t->corner_vertex[begin]),
+               tw_editor_point(p->editor, p->t->corner_vertex[c]), side);
+      tw_cross3(frame->sides[0], side, across);
+      double square = i == 0 ? tw_dot3(side, side) : tw_dot3(across, across);
+      if (!(square > most)) continue;
+      most = square;
+      frame->ends[i] = c;
+      memcpy(frame->sides[i], side, sizeof side);
+    }
+  }
+  return frame;
+}
+
 /* Mixes a face's corners so that the mean has the values of the face, extended as a plane, at the offset `by`
- * from a corner. last: the corner that distinguishes such means at one point (tw_change_mix). Returns the
- * parent; the corner itself where the offset cannot be expressed. */
-static uint32_t extrapolate_corner(parting *p, uint32_t corner, uint32_t last, const double *by) {
+ * from a corner. first, last: the corners that distinguish such means at one point (tw_change_mix). Returns
+ * the parent; the corner itself where the offset cannot be expressed. */
+static uint32_t extrapolate_corner(parting *p, uint32_t corner, uint32_t first, uint32_t last,
+                                   const double *by) {
   const tw_topology *t = p->t;
-  double ahead[3], back[3];
-  uint32_t next = tw_corner_next(t, corner), previous = tw_corner_previous(t, corner);
+  double ahead[3], back[3], shares[2];
+  tw_term terms[TERMS_MAX] = {{first, 0}};
+  uint32_t count = first != corner;
   sides_of(p, corner, ahead, back);
-  double aa = tw_dot3(ahead, ahead), bb = tw_dot3(back, back), ab = tw_dot3(ahead, back);
-  double det = aa * bb - ab * ab, x = tw_dot3(by, ahead), y = tw_dot3(by, back);
-  if (!(det > 1e-4 * aa * bb)) return corner;
-  double a = (x * bb - y * ab) / det, b = (y * aa - x * ab) / det;
-  if (!(fabs(a) <= EXTRAPOLATION_MAX && fabs(b) <= EXTRAPOLATION_MAX)) return corner;
-  tw_term terms[4] = {{corner, 1 - a - b}, {next, a}, {previous, b}, {last, 0}};
-  return t->corner_count + tw_change_mix(&p->change, terms, 4);
+  if (find_shares(ahead, back, 1e-4, by, shares)) {
+    terms[count++] = (tw_term){corner, 1 - shares[0] - shares[1]};
+    terms[count++] = (tw_term){tw_corner_next(t, corner), shares[0]};
+    terms[count++] = (tw_term){tw_corner_previous(t, corner), shares[1]};
+  } else { /* the corner is straight, or nearly */
+    const face_frame *frame = find_frame(p, tw_corner_face(t, corner));
+    if (!find_shares(frame->sides[0], frame->sides[1], 1e-12, by, shares)) return corner;
+    terms[count++] = (tw_term){corner, 1};
+    terms[count++] = (tw_term){frame->origin, -shares[0] - shares[1]};
+    for (int i = 0; i < 2; i++) terms[count++] = (tw_term){frame->ends[i], shares[i]};
+  }
+  terms[count++] = (tw_term){last, 0};
+  return t->corner_count + tw_change_mix(&p->change, terms, count);
 }
 
 /* The point parent with the same mean as a corner's parent. Always a mix, never the old point itself: the old
  * point's sharpness stays with the old point. */
 static uint32_t extrapolate_point(parting *p, uint32_t corner, uint32_t parent) {
   const tw_topology *t = p->t;
-  tw_term terms[4] = {{corner, 1}};
+  tw_term terms[TERMS_MAX] = {{corner, 1}};
   uint32_t count = 1;
   if (parent >= t->corner_count) {
     const tw_change *c = &p->change;
@@ -224,7 +278,7 @@ static tw_status begin_change(parting *p) {
                                .faces = (uint64_t)t->face_count + p->wall_count,
                                .corners = (uint64_t)t->corner_count + 4 * (uint64_t)p->wall_count,
                                .mixes = mixes,
-                               .terms = 4 * mixes};
+                               .terms = TERMS_MAX * mixes};
   tw_status status = tw_change_init(&p->change, p->editor, &size);
   if (status != TW_OK) return status;
   p->change.shifts = tw_arena_alloc(p->editor->scratch, size.points, sizeof *p->change.shifts);
@@ -244,7 +298,7 @@ static void put_points(parting *p, uint32_t *parents) {
     uint32_t fan = fan_of(p, c);
     find_shift(p, fan, shift);
     bool is_still = !p->is_inset || keeps_point(p, fan);
-    parents[c] = is_still ? c : extrapolate_corner(p, c, c, shift);
+    parents[c] = is_still ? c : extrapolate_corner(p, c, c, c, shift);
     if (fan != c) continue; /* a fan's root is its least corner, so it comes first */
     if (keeps_point(p, c)) {
       p->points[c] = t->corner_vertex[c];
@@ -283,7 +337,8 @@ static void put_face(parting *p, uint32_t face, const uint32_t *parents) {
 }
 
 /* Adds the wall between an edge and the same edge of the moved face. An extruded face's walls have UVs as if
- * unfolded round the face; an inset rim's UVs are the face's. */
+ * unfolded round the face; an inset rim's UVs are the face's. Where both faces at an edge have a wall there,
+ * these are unfolded to opposite sides: the face's corners off the edge distinguish them. */
 static void put_wall(parting *p, uint32_t corner, const uint32_t *parents) {
   const tw_topology *t = p->t;
   uint32_t next = tw_corner_next(t, corner), edge = t->corner_edge[corner], foot[2] = {corner, next};
@@ -293,7 +348,8 @@ static void put_wall(parting *p, uint32_t corner, const uint32_t *parents) {
     inward(p, corner, out);
     double height = tw_length3(p->change.shifts[top[i]]);
     for (int k = 0; k < 3; k++) out[k] *= -height;
-    foot[i] = extrapolate_corner(p, foot[i], i == 0 ? next : corner, out);
+    uint32_t off = i == 0 ? tw_corner_previous(t, corner) : tw_corner_next(t, next);
+    foot[i] = extrapolate_corner(p, foot[i], off, i == 0 ? next : corner, out);
   }
   tw_change_corner(&p->change, t->corner_vertex[corner], foot[0], edge, 0);
   tw_change_corner(&p->change, t->corner_vertex[next], foot[1], UINT32_MAX, 0);

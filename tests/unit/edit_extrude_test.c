@@ -138,6 +138,55 @@ TEST(walls_lie_unfolded_in_the_texture) {
   edited_deinit(&e);
 }
 
+/* The signed area of a face in the first set of texture coordinates. */
+static double texture_area(const tw_mesh *mesh, uint32_t face) {
+  const tw_uv_set *set = &mesh->uv_sets[0];
+  uint32_t begin = mesh->face_offsets[face], end = mesh->face_offsets[face + 1];
+  double area = 0;
+  for (uint32_t c = begin; c < end; c++) {
+    const float *a = set->values + 2 * (size_t)set->corners[c],
+                *b = set->values + 2 * (size_t)set->corners[c + 1 < end ? c + 1 : begin];
+    area += ((double)a[0] * (double)b[1] - (double)a[1] * (double)b[0]) / 2;
+  }
+  return area;
+}
+
+TEST(walls_between_two_faces_unfold_to_opposite_sides) {
+  grid_mesh grid;
+  dressed d = {0};
+  tw_mesh mesh = grid_of(&grid, 2, 2);
+  dress(&mesh, &d);
+  tw_edit edit_ = extrude(all_faces, 0.25);
+  edit_.extrude.is_individual = true;
+  edited e = edit(&mesh, &edit_, 1);
+  assert_int_equal(e.mesh.face_count, 4 + 16);
+  for (uint32_t f = 4; f < 20; f++) assert_near(texture_area(&e.mesh, f), 0.25);
+  edited_deinit(&e);
+}
+
+/* A point in the middle of an edge, where a triangle without an area closes the gap between a face above it
+ * and two below. */
+static const float seam_points[8][3] = {{0, 0, 0}, {0.5f, 0, 0}, {1, 0, 0},     {1, 1, 0},
+                                        {0, 1, 0}, {0, -1, 0},   {0.5f, -1, 0}, {1, -1, 0}};
+static const uint32_t seam_corners[15] = {0, 2, 3, 4, 0, 1, 2, 5, 6, 1, 0, 6, 7, 2, 1},
+                      seam_offsets[5] = {0, 4, 7, 11, 15};
+
+TEST(faces_without_an_area_pull_nowhere) {
+  tw_mesh mesh = mesh_of(seam_points[0], 8, seam_corners, seam_offsets, 4);
+  edited e = edit_once(&mesh, extrude(all_faces, 0.5));
+  assert_int_equal(e.made[0].vertex_count, 8);
+  for (uint32_t i = 0; i < 8; i++) assert_true(point_of(&e.mesh, e.made[0].vertices[i])[2] == 0.5f);
+  edited_deinit(&e);
+  const uint32_t corners[7] = {0, 2, 3, 4, 0, 1, 2}, offsets[3] = {0, 4, 7};
+  mesh = mesh_of(seam_points[0], 5, corners, offsets, 2);
+  e = edit_once(&mesh, inset(all_faces, 0.25));
+  for (uint32_t i = 0; i < e.made[0].vertex_count; i++) {
+    const float *at = point_of(&e.mesh, e.made[0].vertices[i]);
+    assert_true(at[0] == 0.25f || at[0] == 0.5f || at[0] == 0.75f);
+  }
+  edited_deinit(&e);
+}
+
 /* ---- inset ----------------------------------------------------------------------------------- */
 
 TEST(a_rim_lies_in_its_face) {
@@ -175,6 +224,51 @@ TEST(neighbours_keep_their_edge) {
   assert_near(area, 0.75 * 0.75);
   assert_dressed(&e.mesh);
   assert_int_equal(e.mesh.uv_sets[0].value_count, 33);
+  edited_deinit(&e);
+}
+
+TEST(points_amid_a_side_go_with_all_that_they_bear) {
+  const float points[6][3] = {{0, 0, 0}, {0.5f, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0.25f, 1, 0}, {0, 1, 0}};
+  const uint32_t corners[6] = {1, 2, 3, 4, 5, 0}, offsets[2] = {0, 6};
+  tw_mesh mesh = mesh_of(points[0], 6, corners, offsets, 1);
+  dressed d = {0};
+  dress(&mesh, &d);
+  /* In the plane of the face the sum of all weights stays 1; values of corners that are no texture
+   * coordinates do not go beyond what the face has. */
+  mesh.attribute_count = 2;
+  edited e = edit_once(&mesh, inset(all_faces, 0.125));
+  assert_near(area_of(&e.mesh), 1);
+  for (uint32_t i = 0; i < e.made[0].vertex_count; i++) {
+    uint32_t p = e.made[0].vertices[i];
+    const float *at = point_of(&e.mesh, p);
+    assert_true(at[1] == 0.125f || at[1] == 0.875f);
+    assert_near((double)e.mesh.attributes[0].values[p], weight_at(at));
+    assert_near((double)e.mesh.morphs[0][3 * p], (double)at[1]);
+  }
+  for (uint32_t c = 0; c < e.mesh.corner_count; c++) {
+    const float *at = point_of(&e.mesh, e.mesh.corners[c]);
+    const float *uv = e.mesh.uv_sets[0].values + 2 * e.mesh.uv_sets[0].corners[c];
+    assert_near((double)uv[0], (double)at[0]);
+    assert_near((double)uv[1], (double)at[1]);
+  }
+  edited_deinit(&e);
+}
+
+TEST(weights_of_joints_go_on_beyond_a_face) {
+  grid_mesh grid;
+  tw_mesh mesh = grid_of(&grid, 2, 2);
+  for (uint32_t p = 0; p < 9; p++)
+    for (int i = 0; i < 2; i++) grid.points[p][i] -= 1;
+  dressed d = {0};
+  dress(&mesh, &d);
+  /* The middle point moves into face 3, past the sides of face 1, whose plane its mean is of. */
+  edited e = edit_once(&mesh, inset((tw_selection)LIST(TW_EDIT_FACES, 1, 2, 3), 0.25));
+  for (uint32_t p = 0; p < e.mesh.point_count; p++) {
+    double sum = 0;
+    for (uint32_t i = 8 * p; i < 8 * p + 8; i++)
+      if (e.mesh.skin.joints[i] == 3) sum += (double)e.mesh.skin.weights[i];
+    assert_near(sum, share_at(point_of(&e.mesh, p)));
+  }
   edited_deinit(&e);
 }
 

@@ -80,6 +80,19 @@ TEST(a_merged_face_is_a_point) {
   edited_deinit(&e);
 }
 
+TEST(merged_points_go_exactly_to_the_place) {
+  const float points[4][3] = {{1e7f, 0, 0}, {12345679, 1, 0}, {0, 0, 0}, {5, 5, 5}}; /* of no float's mean */
+  const uint32_t corners[6] = {0, 2, 3, 1, 3, 2}, offsets[3] = {0, 3, 6};
+  tw_mesh mesh = mesh_of(points[0], 4, corners, offsets, 2);
+  tw_edit edit_ = merge((tw_selection)LIST(TW_EDIT_VERTICES, 0, 1), -1);
+  edit_.merge.has_to = true;
+  const double to[3] = {0.1, 0.3, 0.7};
+  memcpy(edit_.merge.to, to, sizeof to);
+  edited e = edit(&mesh, &edit_, 1);
+  for (int i = 0; i < 3; i++) assert_true(point_of(&e.mesh, 0)[i] == (float)to[i]);
+  edited_deinit(&e);
+}
+
 TEST(loose_quads_become_one_surface_by_distance) {
   float points[24][3];
   uint32_t corners[24];
