@@ -566,7 +566,7 @@ tw_status tw_editor_apply(tw_editor *editor, const tw_change *change) {
   drop_before(editor);
   editor->mesh = mesh;
   editor->arena = m.arena;
-  editor->is_loose = true;
+  editor->is_loose = editor->has_loose_targets = true;
   return tw_editor_clear_scratch(editor);
 }
 
