@@ -145,7 +145,7 @@ static tw_status join_near(remover *r, const uint32_t *list, uint32_t count, dou
   if (!positions || !point_of || !first) return tw_editor_no_memory(r->editor);
   for (uint32_t i = 0; i < count; i++)
     memcpy(positions + 3 * (size_t)i, tw_editor_point(r->editor, list[i]), sizeof(float[3]));
-  double least = distance > 0 && distance < 1e-12 ? 1e-12 : distance;
+  double least = distance > 0 ? fmax(distance, TW_WELD_LEAST) : distance;
   if (tw_weld_within(positions, count, least, point_of, &point_count, NULL) != TW_OK)
     return tw_editor_no_memory(r->editor);
   for (uint32_t i = 0; i < count; i++) {
