@@ -249,6 +249,8 @@ static tw_status read_loop_cut(const api_value *values, tw_edit *edit) {
     return api_json_fail(&values[AT], TW_INVALID, "there %s %u %s for %u %s",
                          tw_plural(at_count, "is", "are"), at_count, tw_plural(at_count, "place", "places"),
                          edit->loop_cut.cuts, tw_plural(edit->loop_cut.cuts, "cut", "cuts"));
+  if (at_count == 0 && !values[CUTS].item)
+    return api_json_fail(&values[AT], TW_INVALID, "an edge is cut 1 to %d times", TW_EDIT_CUTS_MAX);
   double *at = tw_arena_alloc(values[AT].json->arena, at_count, sizeof *at);
   if (!at) return api_json_no_memory(values[AT].json);
   edit->loop_cut.at = at;
