@@ -272,6 +272,31 @@ TEST(weights_of_joints_go_on_beyond_a_face) {
   edited_deinit(&e);
 }
 
+/* Values of corners that are one at a point stay one: where a face has the point within, its mean is all
+ * faces'. */
+TEST(colours_of_corners_have_no_seam_at_concave_corners) {
+  grid_mesh grid;
+  tw_mesh mesh = grid_of(&grid, 2, 2);
+  const tw_attribute joined = {.name = "_JOINED",
+                               .width = 3,
+                               .values = mesh.positions,
+                               .value_count = mesh.point_count,
+                               .corners = mesh.corners};
+  mesh.attribute_count = 1;
+  mesh.attributes = &joined;
+  edited e = edit_once(&mesh, inset((tw_selection)LIST(TW_EDIT_FACES, 1, 2, 3), 0.25));
+  uint32_t corners = 0;
+  for (uint32_t c = 0; c < e.mesh.corner_count; c++) {
+    const float *at = point_of(&e.mesh, e.mesh.corners[c]);
+    if (at[0] != 1.25f || at[1] != 1.25f) continue;
+    const tw_attribute *own = &e.mesh.attributes[0];
+    for (uint32_t i = 0; i < 3; i++) assert_near((double)own->values[3 * own->corners[c] + i], (double)at[i]);
+    corners++;
+  }
+  assert_int_equal(corners, 5); /* of three inner faces and two of the rim */
+  edited_deinit(&e);
+}
+
 TEST(a_rim_runs_over_the_edges_of_a_box) {
   dressed d;
   tw_mesh mesh = dressed_cube(&d);
