@@ -16,6 +16,14 @@ typedef struct pull {
   double sum[3], total;
 } pull;
 
+/* Where a point of faces of many planes goes. */
+typedef struct aim {
+  double spread[3][3]; /* the sum of weight * direction * direction^T */
+  double offset[3];    /* for a distance of 1 */
+  double better[3];    /* the offset that comes nearest to moving each face by 1 */
+  double misses[2];    /* by how much the two move a face too far, or not far enough, at most */
+} aim;
+
 /* Three corners of a face that span its plane. */
 typedef struct face_frame {
   uint32_t face, origin, ends[2]; /* face: 1 + its index; 0: there is no frame yet */
@@ -34,6 +42,7 @@ typedef struct parting {
   uint32_t *fan_sizes;  /* [corner_count] at each set's root: its size */
   uint8_t *fan_is_rim;  /* [corner_count] at the root: whether a rim edge meets it */
   pull *pulls;          /* [corner_count] at the root: where its point goes */
+  aim *aims;            /* [corner_count] at the root, of an extrusion by a distance; else NULL */
   uint32_t *points;     /* [corner_count] at the root: its new point */
   uint32_t wall_count, new_count;
   face_frame frame; /* of the face that was last asked for */
@@ -72,6 +81,10 @@ static tw_status begin(parting *p) {
   p->fan_is_rim = tw_arena_alloc(arena, corners, 1);
   p->pulls = tw_arena_alloc(arena, corners, sizeof *p->pulls);
   p->points = tw_arena_alloc_raw(arena, corners, sizeof *p->points);
+  if (!p->is_inset && !p->editor->edit->extrude.has_by) {
+    p->aims = tw_arena_alloc(arena, corners, sizeof *p->aims);
+    if (!p->aims) return tw_editor_no_memory(p->editor);
+  }
   if (!p->normals || !p->is_rim || !p->fans || !p->fan_sizes || !p->fan_is_rim || !p->pulls || !p->points)
     return tw_editor_no_memory(p->editor);
   for (uint32_t f = 0; f < p->t->face_count; f++)
@@ -161,14 +174,73 @@ static void add_pulls(parting *p, uint32_t corner) {
   }
 }
 
-/* Finds the vector whose component along every direction is 1, where there is one (for two directions in a
- * plane, or a box's three normals). Elsewhere the mean of these components is 1: the vector is the unit mean,
- * divided by its mean component along the directions. */
+/* Finds a vector whose mean component along the directions is 1: the unit mean, divided by its mean
+ * component. For two directions in a plane, or a box's three normals, all components are 1. */
 static void find_offset(const pull *from, double out[3]) {
   memcpy(out, from->sum, sizeof from->sum);
   double length = tw_unit3(out), along = from->total > 0 ? length / from->total : 0;
   double reach = along > 1.0 / REACH_MAX ? 1 / along : REACH_MAX;
   for (int i = 0; i < 3; i++) out[i] *= reach;
+}
+
+/* ---- faces of many planes -------------------------------------------------------------------- */
+
+static void add_spread(aim *to, const double *direction, double weight) {
+  for (int i = 0; i < 3; i++)
+    for (int k = 0; k < 3; k++) to->spread[i][k] += weight * direction[i] * direction[k];
+}
+
+/* Finds the vector whose components along the directions are nearest to 1, by least squares. Where the
+ * directions do not span space, it differs from the offset within what they span only. */
+static void find_better(const pull *from, aim *at) {
+  double rows[3][3], rest[3], across[3][3], trace = 0;
+  for (int i = 0; i < 3; i++) trace += at->spread[i][i];
+  for (int i = 0; i < 3; i++) {
+    memcpy(rows[i], at->spread[i], sizeof rows[i]);
+    rest[i] = from->sum[i] - tw_dot3(rows[i], at->offset);
+    rows[i][i] += 1e-9 * trace;
+  }
+  for (int i = 0; i < 3; i++) tw_cross3(rows[(i + 1) % 3], rows[(i + 2) % 3], across[i]);
+  double determinant = tw_dot3(rows[0], across[0]);
+  for (int i = 0; i < 3; i++) {
+    at->better[i] = at->offset[i];
+    for (int k = 0; k < 3 && determinant > 0; k++) at->better[i] += rest[k] * across[k][i] / determinant;
+  }
+}
+
+/* Replaces offsets that miss the distance at some face by better ones where these at least halve that, and do
+ * not go far aside for it, as they would where planes are nearly parallel to one line. Offsets along the mean
+ * normal are exact for planes at right angles with equal shares, and for smooth surfaces hardly any is
+ * better. */
+static void improve_offsets(parting *p) {
+  enum { SLIDE_MAX = 4 }; /* times what the offset misses */
+  static const double ENOUGH = 1e-3;
+  const tw_topology *t = p->t;
+  for (uint32_t c = 0; c < t->corner_count; c++)
+    if (is_selected(p, c))
+      add_spread(&p->aims[fan_of(p, c)], p->normals[tw_corner_face(t, c)], angle_at(p, c));
+  for (uint32_t c = 0; c < t->corner_count; c++) {
+    if (!is_selected(p, c) || fan_of(p, c) != c) continue;
+    find_offset(&p->pulls[c], p->aims[c].offset);
+    find_better(&p->pulls[c], &p->aims[c]);
+  }
+  for (uint32_t c = 0; c < t->corner_count; c++) {
+    if (!is_selected(p, c)) continue;
+    aim *at = &p->aims[fan_of(p, c)];
+    const double *normal = p->normals[tw_corner_face(t, c)];
+    if (tw_dot3(normal, normal) == 0) continue;
+    at->misses[0] = fmax(at->misses[0], fabs(1 - tw_dot3(normal, at->offset)));
+    at->misses[1] = fmax(at->misses[1], fabs(1 - tw_dot3(normal, at->better)));
+  }
+  for (uint32_t c = 0; c < t->corner_count; c++) {
+    if (!is_selected(p, c) || fan_of(p, c) != c) continue;
+    aim *at = &p->aims[c];
+    double by[3];
+    tw_difference3(at->better, at->offset, by);
+    bool is_better = at->misses[0] > ENOUGH && at->misses[1] <= at->misses[0] / 2;
+    bool is_near = tw_length3(by) <= SLIDE_MAX * at->misses[0] && tw_length3(at->better) <= REACH_MAX;
+    if (is_better && is_near) memcpy(at->offset, at->better, sizeof at->offset);
+  }
 }
 
 static void find_shift(const parting *p, uint32_t fan, double out[3]) {
@@ -178,7 +250,10 @@ static void find_shift(const parting *p, uint32_t fan, double out[3]) {
     return;
   }
   double distance = p->is_inset ? edit->inset.amount : edit->extrude.distance;
-  find_offset(&p->pulls[fan], out);
+  if (p->aims)
+    memcpy(out, p->aims[fan].offset, sizeof p->aims[fan].offset);
+  else
+    find_offset(&p->pulls[fan], out);
   for (int i = 0; i < 3; i++) out[i] *= distance;
 }
 
@@ -293,6 +368,7 @@ static void put_points(parting *p, uint32_t *parents) {
   tw_change_keep_points(&p->change);
   for (uint32_t c = 0; c < t->corner_count; c++)
     if (is_selected(p, c)) add_pulls(p, c);
+  if (p->aims) improve_offsets(p);
   for (uint32_t c = 0; c < t->corner_count; c++) {
     if (!is_selected(p, c)) continue;
     uint32_t fan = fan_of(p, c);

@@ -1,5 +1,6 @@
 /* Extruded and inset faces. */
 #include "edited.h"
+#include "tweend/shape.h"
 
 static const tw_selection all_faces = {.of = TW_EDIT_FACES, .by = TW_SELECT_ALL};
 
@@ -135,6 +136,82 @@ TEST(walls_lie_unfolded_in_the_texture) {
     assert_int_equal(e.mesh.face_materials[f], 3);
   }
   assert_int_equal(set->value_count, 24 + 8);
+  edited_deinit(&e);
+}
+
+/* Each corner of a moved face is by the distance farther along the face's normal. */
+static void moves_all_by(const tw_mesh *mesh, double distance) {
+  edited e = edit_once(mesh, extrude(all_faces, distance));
+  for (uint32_t f = 0; f < mesh->face_count; f++) {
+    double normal[3], length = 0;
+    const uint32_t *before = mesh->corners + mesh->face_offsets[f],
+                   *after = e.mesh.corners + e.mesh.face_offsets[f];
+    const float *a = point_of(mesh, before[0]), *b = point_of(mesh, before[1]),
+                *c = point_of(mesh, before[2]);
+    for (int i = 0; i < 3; i++) {
+      int k = (i + 1) % 3, l = (i + 2) % 3;
+      normal[i] = ((double)b[k] - (double)a[k]) * ((double)c[l] - (double)a[l]) -
+                  ((double)b[l] - (double)a[l]) * ((double)c[k] - (double)a[k]);
+      length += normal[i] * normal[i];
+    }
+    for (uint32_t i = 0; i < mesh->face_offsets[f + 1] - mesh->face_offsets[f]; i++) {
+      double along = 0;
+      for (int k = 0; k < 3; k++)
+        along += normal[k] * ((double)point_of(&e.mesh, after[i])[k] - (double)point_of(mesh, before[i])[k]);
+      assert_near(along / sqrt(length), distance);
+    }
+  }
+  edited_deinit(&e);
+}
+
+TEST(faces_of_three_planes_move_by_the_distance) {
+  tw_arena *arena = tw_arena_create();
+  tw_error error;
+  for (uint32_t segments = 3; segments <= 24; segments += 7) {
+    tw_shape shape;
+    tw_mesh mesh;
+    tw_shape_init(&shape, TW_SHAPE_CYLINDER);
+    shape.segments[0] = segments;
+    assert_int_equal(tw_shape_make(&shape, arena, &mesh, &error), TW_OK);
+    moves_all_by(&mesh, 0.125);
+    moves_all_by(&mesh, -0.25);
+  }
+  tw_arena_destroy(arena);
+  /* An angle of three quads at each end: three planes meet in its inner corner, one with three quads. */
+  static const uint32_t quads[3][4] = {{0, 1, 4, 3}, {1, 2, 5, 4}, {3, 4, 7, 6}},
+                        ring[8] = {0, 1, 2, 5, 4, 7, 6, 3};
+  float points[16][3];
+  uint32_t corners[14][4], offsets[15] = {0};
+  for (uint32_t p = 0; p < 16; p++) {
+    points[p][0] = (float)(p % 8 % 3);
+    points[p][1] = (float)(p % 8 / 3);
+    points[p][2] = (float)(p / 8);
+  }
+  for (uint32_t f = 0; f < 14; f++) {
+    offsets[f + 1] = 4 * f + 4;
+    for (uint32_t i = 0; i < 4; i++) {
+      if (f < 6) corners[f][i] = f < 3 ? 8 + quads[f][i] : quads[f - 3][3 - i];
+      if (f >= 6) corners[f][i] = ring[(f - 6 + (i == 1 || i == 2)) % 8] + (i > 1 ? 8 : 0);
+    }
+  }
+  const tw_mesh angle = mesh_of(points[0], 16, corners[0], offsets, 14);
+  moves_all_by(&angle, 0.25);
+}
+
+/* A roof whose ridge ends in a narrow hip: three planes nearly parallel to one line, which meet far aside
+ * when they are moved. */
+TEST(points_do_not_go_far_aside) {
+  const double steep = 0.17, tilt = -0.0045, up = sqrt(1 - steep * steep), over = sqrt(1 - tilt * tilt);
+  const double places[6][3] = {
+      {0, 0, 0},        {0, 0, 1},      {up * tilt / steep, tilt, -over}, {-up * tilt / steep, tilt, -over},
+      {-up, -steep, 0}, {up, -steep, 0}};
+  const uint32_t corners[11] = {0, 2, 4, 1, 0, 1, 5, 3, 0, 3, 2}, offsets[4] = {0, 4, 8, 11};
+  float points[6][3];
+  for (size_t i = 0; i < 18; i++) points[i / 3][i % 3] = (float)places[i / 3][i % 3];
+  tw_mesh mesh = mesh_of(points[0], 6, corners, offsets, 3);
+  edited e = edit_once(&mesh, extrude(all_faces, 1));
+  const float *at = point_of(&e.mesh, e.mesh.corners[0]);
+  assert_true(fabsf(at[0]) < 0.01f && fabsf(at[1] - 1) < 0.02f && fabsf(at[2]) < 0.02f);
   edited_deinit(&e);
 }
 
