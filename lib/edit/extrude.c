@@ -11,17 +11,18 @@
 #include "editor.h"
 #include "union_find.h"
 
-/* The directions along each of which a point should move by 1: their weighted sum, and the sum of weights. */
+/* The directions along each of which a point should move by 1: their weighted sum, and the sum of weights.
+ * Once settled: the offset, and by how much that misses at most. */
 typedef struct pull {
   double sum[3], total;
 } pull;
 
-/* Where a point of faces of many planes goes. */
+/* Where a point goes whose faces the mean normal does not move by the distance. */
 typedef struct aim {
   double spread[3][3]; /* the sum of weight * direction * direction^T */
-  double offset[3];    /* for a distance of 1 */
+  double rest[3];      /* the sum of weight * what the offset lacks * direction */
   double better[3];    /* the offset that comes nearest to moving each face by 1 */
-  double misses[2];    /* by how much the two move a face too far, or not far enough, at most */
+  double miss;         /* by how much it moves a face too far, or not far enough, at most */
 } aim;
 
 /* Three corners of a face that span its plane. */
@@ -42,8 +43,8 @@ typedef struct parting {
   uint32_t *fan_sizes;  /* [corner_count] at each set's root: its size */
   uint8_t *fan_is_rim;  /* [corner_count] at the root: whether a rim edge meets it */
   pull *pulls;          /* [corner_count] at the root: where its point goes */
-  aim *aims;            /* [corner_count] at the root, of an extrusion by a distance; else NULL */
   uint32_t *points;     /* [corner_count] at the root: its new point */
+  bool is_settled;      /* the pulls are offsets */
   uint32_t wall_count, new_count;
   face_frame frame; /* of the face that was last asked for */
 } parting;
@@ -81,10 +82,6 @@ static tw_status begin(parting *p) {
   p->fan_is_rim = tw_arena_alloc(arena, corners, 1);
   p->pulls = tw_arena_alloc(arena, corners, sizeof *p->pulls);
   p->points = tw_arena_alloc_raw(arena, corners, sizeof *p->points);
-  if (!p->is_inset && !p->editor->edit->extrude.has_by) {
-    p->aims = tw_arena_alloc(arena, corners, sizeof *p->aims);
-    if (!p->aims) return tw_editor_no_memory(p->editor);
-  }
   if (!p->normals || !p->is_rim || !p->fans || !p->fan_sizes || !p->fan_is_rim || !p->pulls || !p->points)
     return tw_editor_no_memory(p->editor);
   for (uint32_t f = 0; f < p->t->face_count; f++)
@@ -185,62 +182,93 @@ static void find_offset(const pull *from, double out[3]) {
 
 /* ---- faces of many planes -------------------------------------------------------------------- */
 
-static void add_spread(aim *to, const double *direction, double weight) {
-  for (int i = 0; i < 3; i++)
-    for (int k = 0; k < 3; k++) to->spread[i][k] += weight * direction[i] * direction[k];
+/* How far a corner's face is moved too far, or not far enough; 0 where it has no area. */
+static double miss_at(const parting *p, uint32_t corner, const double *offset) {
+  const double *normal = p->normals[tw_corner_face(p->t, corner)];
+  return tw_dot3(normal, normal) > 0 ? 1 - tw_dot3(normal, offset) : 0;
+}
+
+static void add_aim(const parting *p, uint32_t corner, const double *offset, aim *to) {
+  const double *normal = p->normals[tw_corner_face(p->t, corner)];
+  double weight = angle_at(p, corner), lack = miss_at(p, corner, offset);
+  for (int i = 0; i < 3; i++) {
+    to->rest[i] += weight * lack * normal[i];
+    for (int k = 0; k < 3; k++) to->spread[i][k] += weight * normal[i] * normal[k];
+  }
 }
 
 /* Finds the vector whose components along the directions are nearest to 1, by least squares. Where the
  * directions do not span space, it differs from the offset within what they span only. */
-static void find_better(const pull *from, aim *at) {
-  double rows[3][3], rest[3], across[3][3], trace = 0;
+static void find_better(const double *offset, aim *at) {
+  double across[3][3], trace = 0;
   for (int i = 0; i < 3; i++) trace += at->spread[i][i];
-  for (int i = 0; i < 3; i++) {
-    memcpy(rows[i], at->spread[i], sizeof rows[i]);
-    rest[i] = from->sum[i] - tw_dot3(rows[i], at->offset);
-    rows[i][i] += 1e-9 * trace;
+  for (int i = 0; i < 3; i++) at->spread[i][i] += 1e-9 * trace;
+  for (int i = 0; i < 3; i++) tw_cross3(at->spread[(i + 1) % 3], at->spread[(i + 2) % 3], across[i]);
+  double determinant = tw_dot3(at->spread[0], across[0]);
+  memcpy(at->better, offset, sizeof at->better);
+  for (int i = 0; i < 3; i++)
+    for (int k = 0; k < 3 && determinant > 0; k++) at->better[i] += at->rest[k] * across[k][i] / determinant;
+}
+
+/* Whether the better offset at least halves what the other one misses, and does not go far aside for it, as
+ * it would where planes are nearly parallel to one line. */
+static bool is_better(const pull *settled, const aim *at) {
+  enum { SLIDE_MAX = 4 }; /* times what the offset misses */
+  double by[3];
+  tw_difference3(at->better, settled->sum, by);
+  return at->miss <= settled->total / 2 && tw_length3(by) <= SLIDE_MAX * settled->total &&
+         tw_length3(at->better) <= REACH_MAX;
+}
+
+/* Replaces settled offsets by better ones. aim_of: [corner_count] at the root: 1 + the index of its aim; 0:
+ * the offset is good enough. */
+static void improve(parting *p, const uint32_t *aim_of, aim *aims) {
+  uint32_t corners = p->t->corner_count;
+  for (uint32_t c = 0; c < corners; c++) {
+    uint32_t fan = is_selected(p, c) ? fan_of(p, c) : c;
+    if (aim_of[fan] > 0) add_aim(p, c, p->pulls[fan].sum, &aims[aim_of[fan] - 1]);
   }
-  for (int i = 0; i < 3; i++) tw_cross3(rows[(i + 1) % 3], rows[(i + 2) % 3], across[i]);
-  double determinant = tw_dot3(rows[0], across[0]);
-  for (int i = 0; i < 3; i++) {
-    at->better[i] = at->offset[i];
-    for (int k = 0; k < 3 && determinant > 0; k++) at->better[i] += rest[k] * across[k][i] / determinant;
+  for (uint32_t c = 0; c < corners; c++)
+    if (aim_of[c] > 0) find_better(p->pulls[c].sum, &aims[aim_of[c] - 1]);
+  for (uint32_t c = 0; c < corners; c++) {
+    uint32_t fan = is_selected(p, c) ? fan_of(p, c) : c;
+    aim *at = aim_of[fan] > 0 ? &aims[aim_of[fan] - 1] : NULL;
+    if (at) at->miss = fmax(at->miss, fabs(miss_at(p, c, at->better)));
+  }
+  for (uint32_t c = 0; c < corners; c++) {
+    const aim *at = aim_of[c] > 0 ? &aims[aim_of[c] - 1] : NULL;
+    if (at && is_better(&p->pulls[c], at)) memcpy(p->pulls[c].sum, at->better, sizeof at->better);
   }
 }
 
-/* Replaces offsets that miss the distance at some face by better ones where these at least halve that, and do
- * not go far aside for it, as they would where planes are nearly parallel to one line. Offsets along the mean
- * normal are exact for planes at right angles with equal shares, and for smooth surfaces hardly any is
- * better. */
-static void improve_offsets(parting *p) {
-  enum { SLIDE_MAX = 4 }; /* times what the offset misses */
+/* Settles the offsets of an extrusion by a distance. Along the mean normal they are exact for planes at right
+ * angles with equal shares, and for smooth surfaces hardly any is better; the others are improved.
+ * TW_NO_MEMORY.
+ */
+static tw_status settle_offsets(parting *p) {
   static const double ENOUGH = 1e-3;
-  const tw_topology *t = p->t;
-  for (uint32_t c = 0; c < t->corner_count; c++)
-    if (is_selected(p, c))
-      add_spread(&p->aims[fan_of(p, c)], p->normals[tw_corner_face(t, c)], angle_at(p, c));
-  for (uint32_t c = 0; c < t->corner_count; c++) {
+  uint32_t corners = p->t->corner_count, count = 0;
+  uint32_t *aim_of = tw_arena_alloc(p->editor->scratch, corners, sizeof *aim_of);
+  if (!aim_of) return tw_editor_no_memory(p->editor);
+  for (uint32_t c = 0; c < corners; c++) {
+    double offset[3];
     if (!is_selected(p, c) || fan_of(p, c) != c) continue;
-    find_offset(&p->pulls[c], p->aims[c].offset);
-    find_better(&p->pulls[c], &p->aims[c]);
+    find_offset(&p->pulls[c], offset);
+    memcpy(p->pulls[c].sum, offset, sizeof offset);
+    p->pulls[c].total = 0;
   }
-  for (uint32_t c = 0; c < t->corner_count; c++) {
+  for (uint32_t c = 0; c < corners; c++) {
     if (!is_selected(p, c)) continue;
-    aim *at = &p->aims[fan_of(p, c)];
-    const double *normal = p->normals[tw_corner_face(t, c)];
-    if (tw_dot3(normal, normal) == 0) continue;
-    at->misses[0] = fmax(at->misses[0], fabs(1 - tw_dot3(normal, at->offset)));
-    at->misses[1] = fmax(at->misses[1], fabs(1 - tw_dot3(normal, at->better)));
+    pull *settled = &p->pulls[fan_of(p, c)];
+    settled->total = fmax(settled->total, fabs(miss_at(p, c, settled->sum)));
   }
-  for (uint32_t c = 0; c < t->corner_count; c++) {
-    if (!is_selected(p, c) || fan_of(p, c) != c) continue;
-    aim *at = &p->aims[c];
-    double by[3];
-    tw_difference3(at->better, at->offset, by);
-    bool is_better = at->misses[0] > ENOUGH && at->misses[1] <= at->misses[0] / 2;
-    bool is_near = tw_length3(by) <= SLIDE_MAX * at->misses[0] && tw_length3(at->better) <= REACH_MAX;
-    if (is_better && is_near) memcpy(at->offset, at->better, sizeof at->offset);
-  }
+  for (uint32_t c = 0; c < corners; c++)
+    if (is_selected(p, c) && fan_of(p, c) == c && p->pulls[c].total > ENOUGH) aim_of[c] = ++count;
+  aim *aims = tw_arena_alloc(p->editor->scratch, count, sizeof *aims);
+  if (!aims) return tw_editor_no_memory(p->editor);
+  if (count > 0) improve(p, aim_of, aims);
+  p->is_settled = true;
+  return TW_OK;
 }
 
 static void find_shift(const parting *p, uint32_t fan, double out[3]) {
@@ -250,8 +278,8 @@ static void find_shift(const parting *p, uint32_t fan, double out[3]) {
     return;
   }
   double distance = p->is_inset ? edit->inset.amount : edit->extrude.distance;
-  if (p->aims)
-    memcpy(out, p->aims[fan].offset, sizeof p->aims[fan].offset);
+  if (p->is_settled)
+    memcpy(out, p->pulls[fan].sum, sizeof p->pulls[fan].sum);
   else
     find_offset(&p->pulls[fan], out);
   for (int i = 0; i < 3; i++) out[i] *= distance;
@@ -360,15 +388,19 @@ static tw_status begin_change(parting *p) {
   return p->change.shifts ? TW_OK : tw_editor_no_memory(p->editor);
 }
 
+static tw_status aim_points(parting *p) {
+  for (uint32_t c = 0; c < p->t->corner_count; c++)
+    if (is_selected(p, c)) add_pulls(p, c);
+  bool is_by_distance = !p->is_inset && !p->editor->edit->extrude.has_by;
+  return is_by_distance ? settle_offsets(p) : TW_OK;
+}
+
 /* Adds the points of all fans. parents: [corner_count] receives the parents of the selected faces'
  * corners. */
 static void put_points(parting *p, uint32_t *parents) {
   const tw_topology *t = p->t;
   double shift[3];
   tw_change_keep_points(&p->change);
-  for (uint32_t c = 0; c < t->corner_count; c++)
-    if (is_selected(p, c)) add_pulls(p, c);
-  if (p->aims) improve_offsets(p);
   for (uint32_t c = 0; c < t->corner_count; c++) {
     if (!is_selected(p, c)) continue;
     uint32_t fan = fan_of(p, c);
@@ -445,6 +477,7 @@ static tw_status separate_faces(parting *p) {
   status = begin(p);
   if (status == TW_OK) find_fans(p);
   if (status == TW_OK) status = begin_change(p);
+  if (status == TW_OK) status = aim_points(p);
   if (status != TW_OK) return status;
   put_points(p, parents);
   subtract_extrapolation(p);
