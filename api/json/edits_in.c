@@ -249,6 +249,8 @@ static tw_status read_loop_cut(const api_value *values, tw_edit *edit) {
     return api_json_fail(&values[AT], TW_INVALID, "there %s %u %s for %u %s",
                          tw_plural(at_count, "is", "are"), at_count, tw_plural(at_count, "place", "places"),
                          edit->loop_cut.cuts, tw_plural(edit->loop_cut.cuts, "cut", "cuts"));
+  if (at_count == 0 && !values[CUTS].item)
+    return api_json_fail(&values[AT], TW_INVALID, "an edge is cut 1 to %d times", TW_EDIT_CUTS_MAX);
   double *at = tw_arena_alloc(values[AT].json->arena, at_count, sizeof *at);
   if (!at) return api_json_no_memory(values[AT].json);
   edit->loop_cut.at = at;
@@ -464,8 +466,8 @@ static tw_status enter_frames(const api_value *array, const double origin[3], tw
 
 /* The size of what edits make is known only when they are applied: they begin with little room, and are
  * applied anew with more where it does not suffice. */
-tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_mesh *out, tw_made **made,
-                          uint32_t *made_count) {
+tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_mesh *out,
+                          api_edits_done *done) {
   const api_json *json = array->json;
   const api_making *making = call->making;
   tw_edit *edits;
@@ -491,8 +493,8 @@ tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_
   } while (status == TW_LIMIT);
   if (status == TW_NO_MEMORY || status == TW_CANCELLED) return status;
   if (status != TW_OK) return api_json_fail_within(array, status);
-  if (!made) return TW_OK;
-  *made = list;
-  *made_count = named;
+  if (!done) return TW_OK;
+  *done = (api_edits_done){.made = list, .made_count = named};
+  for (uint32_t i = 0; i < count; i++) done->has_mirrored |= edits[i].kind == TW_EDIT_MIRROR;
   return TW_OK;
 }

@@ -19,9 +19,16 @@ typedef struct api_edit_call {
   const api_making *making;
 } api_edit_call;
 
-/* Reads a list of edits and applies it. *out: in the arena of the array's reader. made: NULL, or receives
- * what the named edits made: *made [*made_count]. Errors have a pointer into the list. */
-tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_mesh *out, tw_made **made,
-                          uint32_t *made_count);
+/* What edits did besides. */
+typedef struct api_edits_done {
+  const tw_made *made; /* [made_count] what the named edits made */
+  uint32_t made_count;
+  bool has_mirrored; /* one of them was a mirror */
+} api_edits_done;
+
+/* Reads a list of edits and applies it. *out, and what done has: in the arena of the array's reader. done: or
+ * NULL. Errors have a pointer into the list. */
+tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_mesh *out,
+                          api_edits_done *done);
 
 #endif

@@ -233,7 +233,7 @@ static tw_status edit_mesh(const mesh_reader *reader, const api_value *object, c
   tw_status status = tw_mesh_check(&before, object->json->error, NULL);
   if (status != TW_OK) return api_json_fail_within(object, status);
   const api_edit_call call = {&before, NULL, reader->making};
-  return api_edits_apply(edits, &call, mesh, NULL, NULL);
+  return api_edits_apply(edits, &call, mesh, NULL);
 }
 
 /* Gives all faces a material of the colour, named after the mesh. */

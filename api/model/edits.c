@@ -9,8 +9,7 @@
 
 typedef struct edits_request {
   api_remade *remade;
-  tw_made *made; /* [made_count] */
-  uint32_t made_count;
+  api_edits_done done;
 } edits_request;
 
 /* ---- the request ----------------------------------------------------------------------------- */
@@ -55,6 +54,15 @@ static void keep_details(edits_request *request) {
   if (!is_same) api_call_warn(request->remade->call, &lost, 1);
 }
 
+/* Warns where images of points follow the joints of the points: no file tells which joint is on the other
+ * side. */
+static void warn_of_images(edits_request *request) {
+  static const char *const same = "points that mirror made follow the joints of those whose images they are, "
+                                  "not joints of the other side";
+  if (request->done.has_mirrored && request->remade->cage.skin.joints)
+    api_call_warn(request->remade->call, &same, 1);
+}
+
 static tw_status read_document(void *context, const api_value *root) {
   enum { MESH, EDITS, MEMBERS };
   static const char *const names[] = {"mesh", "edits", NULL};
@@ -68,9 +76,10 @@ static tw_status read_document(void *context, const api_value *root) {
   api_remade *remade = request->remade;
   const api_making making = api_making_within(remade->call->service);
   const api_edit_call edit = {&remade->source, remade->model, &making};
-  status = api_edits_apply(&values[EDITS], &edit, &remade->cage, &request->made, &request->made_count);
+  status = api_edits_apply(&values[EDITS], &edit, &remade->cage, &request->done);
   if (status != TW_OK) return status;
   keep_details(request);
+  warn_of_images(request);
   return check_faces(&remade->cage, &values[EDITS]);
 }
 
@@ -103,11 +112,11 @@ static void print_made(void *context, tw_text *out) {
   const uint32_t *numbers = number_points(&request->remade->cage, request->remade->call->arena);
   out->failed |= !numbers;
   tw_member_open(out, "made", "{");
-  for (uint32_t i = 0; numbers && i < request->made_count; i++) {
-    const tw_made *made = &request->made[i];
+  for (uint32_t i = 0; numbers && i < request->done.made_count; i++) {
+    const tw_made *made = &request->done.made[i];
     bool is_last = true;
-    for (uint32_t k = i + 1; k < request->made_count && is_last; k++)
-      is_last = strcmp(made->name, request->made[k].name) != 0;
+    for (uint32_t k = i + 1; k < request->done.made_count && is_last; k++)
+      is_last = strcmp(made->name, request->done.made[k].name) != 0;
     if (!is_last) continue;
     tw_text_element(out);
     tw_text_string(out, made->name);

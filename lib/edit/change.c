@@ -141,6 +141,9 @@ typedef struct pull {
   double weight;
 } pull;
 
+/* Weights of one joint that cancel out may leave so much. */
+#define ROUNDED 1e-9
+
 static int compare_joints(const void *left, const void *right) {
   const pull *a = left, *b = right;
   return a->joint < b->joint ? -1 : a->joint > b->joint;
@@ -152,8 +155,9 @@ static int compare_weights(const void *left, const void *right) {
   return compare_joints(left, right);
 }
 
-/* Keeps the `most` joints of the largest weights, normalised. pulls: [count], overwritten. */
-static void keep_heaviest(pull *pulls, uint32_t count, uint32_t most, uint16_t *joints, float *weights) {
+/* Keeps the `most` joints of the largest weights above `least`, normalised. pulls: [count], overwritten. */
+static void keep_heaviest(pull *pulls, uint32_t count, uint32_t most, double least, uint16_t *joints,
+                          float *weights) {
   uint32_t different = 0;
   qsort(pulls, count, sizeof *pulls, compare_joints);
   for (uint32_t i = 0; i < count; i++)
@@ -164,6 +168,7 @@ static void keep_heaviest(pull *pulls, uint32_t count, uint32_t most, uint16_t *
   qsort(pulls, different, sizeof *pulls, compare_weights);
   double sum = 0;
   if (different > most) different = most;
+  while (different > 0 && !(pulls[different - 1].weight > least)) different--;
   for (uint32_t i = 0; i < different; i++) sum += pulls[i].weight;
   for (uint32_t i = 0; i < most; i++) {
     joints[i] = i < different ? (uint16_t)pulls[i].joint : 0;
@@ -189,12 +194,14 @@ static bool mix_skin(const tw_change_maker *m) {
       memcpy(weights + width * p, skin->weights + width * terms->index, width * sizeof *weights);
       continue;
     }
+    double least = 0;
     for (size_t i = 0; i < width * count; i++) {
       size_t at = width * terms[i / width].index + i % width;
       double weight = terms[i / width].weight * (double)skin->weights[at];
-      if (weight > 0) pulls[pull_count++] = (pull){skin->joints[at], weight};
+      if (weight < 0) least = ROUNDED;
+      if (weight != 0) pulls[pull_count++] = (pull){skin->joints[at], weight};
     }
-    keep_heaviest(pulls, pull_count, skin->width, joints + width * p, weights + width * p);
+    keep_heaviest(pulls, pull_count, skin->width, least, joints + width * p, weights + width * p);
   }
   tw_free(pulls);
   m->to->skin = (tw_skin_weights){skin->width, joints, weights};
@@ -559,7 +566,7 @@ tw_status tw_editor_apply(tw_editor *editor, const tw_change *change) {
   drop_before(editor);
   editor->mesh = mesh;
   editor->arena = m.arena;
-  editor->is_loose = true;
+  editor->is_loose = editor->has_loose_targets = true;
   return tw_editor_clear_scratch(editor);
 }
 

@@ -143,8 +143,7 @@ static bool is_beyond(const tw_term *terms, uint32_t count) {
   return false;
 }
 
-/* is_map: the channel is a UV set. */
-static bool find_values(const tw_change_maker *m, const tw_channel *set, bool is_map, values *v) {
+static bool find_values(const tw_change_maker *m, const tw_channel *set, values *v) {
   const tw_change *c = m->change;
   uint32_t mixes = 0;
   for (uint32_t i = 0; i < c->corner_count; i++) mixes += c->corner_parents[i] >= m->from->corner_count;
@@ -158,7 +157,7 @@ static bool find_values(const tw_change_maker *m, const tw_channel *set, bool is
     tw_term single;
     const tw_term *terms = tw_terms_of(c, c->corner_parents[i], m->from->corner_count, &single, &count);
     uint32_t first = set->corners[terms[0].index], last = set->corners[terms[count - 1].index];
-    if (set->is_whole || (!is_map && is_beyond(terms, count)))
+    if (set->is_whole)
       v->of_corner[i] = set->corners[tw_heaviest_term(terms, count)->index];
     else if (is_one_value(set, terms, count))
       v->of_corner[i] = first;
@@ -178,19 +177,38 @@ static void write_mean(const tw_channel *set, const tw_term *terms, uint32_t cou
   for (uint32_t k = 0; k < set->width; k++) out[k] = tw_within_limits(sum[k]);
 }
 
-static bool join_values(const tw_change_maker *m, const tw_channel *set, values *v) {
+static bool shares_value(const mean *a, const mean *b) {
+  return a->point == b->point && a->first == b->first && a->last == b->last;
+}
+
+/* Gives means that share a value the first one's; where that would lie outside its terms, and the channel is
+ * no UV set, the first one's that does not. Where all do, each has the value of its heaviest term. */
+static void join_means(const tw_change_maker *m, const tw_channel *set, bool is_map, const mean *means,
+                       uint32_t mean_count, values *v) {
   const tw_change *c = m->change;
+  uint32_t count, before = m->from->corner_count, chosen = 0;
+  tw_term single;
+  const tw_term *terms = NULL;
+  for (; chosen < mean_count; chosen++) {
+    terms = tw_terms_of(c, c->corner_parents[means[chosen].corner], before, &single, &count);
+    if (is_map || !is_beyond(terms, count)) break;
+  }
+  if (chosen < mean_count) write_mean(set, terms, count, v->fresh + (size_t)set->width * v->new_count++);
+  for (uint32_t i = 0; i < mean_count; i++) {
+    uint32_t corner = means[i].corner;
+    v->of_corner[corner] = set->value_count + v->new_count - 1;
+    if (chosen < mean_count) continue;
+    terms = tw_terms_of(c, c->corner_parents[corner], before, &single, &count);
+    v->of_corner[corner] = set->corners[tw_heaviest_term(terms, count)->index];
+  }
+}
+
+/* is_map: the channel is a UV set. */
+static bool join_values(const tw_change_maker *m, const tw_channel *set, bool is_map, values *v) {
   if (tw_sort(v->means, v->mean_count, sizeof *v->means, compare_means) != TW_OK) return false;
-  for (uint32_t i = 0; i < v->mean_count; i++) {
-    const mean *a = &v->means[i], *b = i > 0 ? a - 1 : NULL;
-    if (!b || a->point != b->point || a->first != b->first || a->last != b->last) {
-      uint32_t count;
-      tw_term single;
-      const tw_term *terms =
-          tw_terms_of(c, c->corner_parents[a->corner], m->from->corner_count, &single, &count);
-      write_mean(set, terms, count, v->fresh + (size_t)set->width * v->new_count++);
-    }
-    v->of_corner[a->corner] = set->value_count + v->new_count - 1;
+  for (uint32_t i = 0, end; i < v->mean_count; i = end) {
+    for (end = i + 1; end < v->mean_count && shares_value(&v->means[i], &v->means[end]);) end++;
+    join_means(m, set, is_map, v->means + i, end - i, v);
   }
   return true;
 }
@@ -274,7 +292,7 @@ static bool number_values(const tw_change_maker *m, const tw_channel *from, valu
 static bool make_channel(const tw_change_maker *m, const welded_edges *welded, const tw_channel *from,
                          bool is_map, tw_channel *to) {
   values v = {0};
-  bool has_room = find_values(m, from, is_map, &v) && join_values(m, from, &v) &&
+  bool has_room = find_values(m, from, &v) && join_values(m, from, is_map, &v) &&
                   (welded->count == 0 || join_welded(m, welded, from, &v)) && number_values(m, from, &v, to);
   values_deinit(&v);
   return has_room;

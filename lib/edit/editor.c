@@ -58,11 +58,40 @@ tw_status tw_editor_loosen(tw_editor *editor) {
   return TW_OK;
 }
 
+tw_status tw_editor_loosen_targets(tw_editor *editor) {
+  tw_mesh *mesh = &editor->mesh;
+  if (editor->has_loose_targets) return TW_OK;
+  size_t size = (size_t)mesh->point_count * sizeof(float[3]);
+  const float **targets = tw_arena_alloc(editor->arena, mesh->morph_count, sizeof *targets);
+  if (!targets) return tw_editor_no_memory(editor);
+  for (uint32_t i = 0; i < mesh->morph_count; i++) {
+    float *own = tw_arena_alloc_raw(editor->arena, size, 1);
+    if (!own) return tw_editor_no_memory(editor);
+    if (size > 0) memcpy(own, mesh->morphs[i], size);
+    targets[i] = own;
+  }
+  mesh->morphs = targets;
+  editor->has_loose_targets = true;
+  return TW_OK;
+}
+
+static tw_status fail_far(const tw_editor *editor) {
+  return tw_editor_fail(editor, TW_INVALID, "", "the edit moves a point beyond 1e18");
+}
+
+tw_status tw_editor_displace(tw_editor *editor, uint32_t target, uint32_t point, const double by[3]) {
+  float *out = (float *)editor->mesh.morphs[target] + 3 * (size_t)point;
+  for (int i = 0; i < 3; i++) {
+    if (!(fabs(by[i]) <= (double)TW_COORDINATE_MAX)) return fail_far(editor);
+    out[i] = (float)by[i];
+  }
+  return TW_OK;
+}
+
 tw_status tw_editor_place(tw_editor *editor, uint32_t point, const double at[3]) {
   float *out = tw_editor_positions(editor) + 3 * (size_t)point;
   for (int i = 0; i < 3; i++) {
-    if (!(fabs(at[i]) <= (double)TW_COORDINATE_MAX))
-      return tw_editor_fail(editor, TW_INVALID, "", "the edit moves a point beyond 1e18");
+    if (!(fabs(at[i]) <= (double)TW_COORDINATE_MAX)) return fail_far(editor);
     out[i] = (float)at[i];
   }
   return TW_OK;

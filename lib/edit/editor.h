@@ -34,8 +34,9 @@ typedef struct tw_editor {
   tw_arena
       *tags[3];  /* creases, corners and holes that edits have changed since the arena is there; or NULL */
   bool is_loose; /* the positions are the arena's, and may be written */
-  tw_topology *topology; /* of the mesh; NULL until tw_editor_need_topology */
-  const tw_model *model; /* or NULL */
+  bool has_loose_targets; /* so are the displacements of morph targets */
+  tw_topology *topology;  /* of the mesh; NULL until tw_editor_need_topology */
+  const tw_model *model;  /* or NULL */
   const tw_edit_limits *limits;
   const tw_edit *edit; /* the current edit */
   uint32_t index;      /* the current edit's index */
@@ -135,6 +136,9 @@ void tw_mesh_drop_normals(tw_mesh *mesh);
  * else. TW_NO_MEMORY. */
 tw_status tw_editor_loosen(tw_editor *editor);
 
+/* The same for the displacements of morph targets. */
+tw_status tw_editor_loosen_targets(tw_editor *editor);
+
 /* Copies the finished mesh, with arrays in another arena. TW_NO_MEMORY. */
 tw_status tw_editor_copy(tw_editor *editor, tw_arena *arena, tw_mesh *out);
 
@@ -154,6 +158,8 @@ static inline float *tw_editor_positions(tw_editor *editor) {
 
 /* Stores a position. TW_INVALID beyond TW_COORDINATE_MAX. */
 tw_status tw_editor_place(tw_editor *editor, uint32_t point, const double at[3]);
+/* Stores a displacement, likewise, after tw_editor_loosen_targets. */
+tw_status tw_editor_displace(tw_editor *editor, uint32_t target, uint32_t point, const double by[3]);
 
 /* ---- selections ------------------------------------------------------------------------------ */
 

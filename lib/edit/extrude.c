@@ -11,10 +11,25 @@
 #include "editor.h"
 #include "union_find.h"
 
-/* The directions along each of which a point should move by 1: their weighted sum, and the sum of weights. */
+/* The directions along each of which a point should move by 1: their weighted sum, and the sum of weights.
+ * Once settled: the offset, and by how much that misses at most. */
 typedef struct pull {
   double sum[3], total;
 } pull;
+
+/* Where a point goes whose faces the mean normal does not move by the distance. */
+typedef struct aim {
+  double spread[3][3]; /* the sum of weight * direction * direction^T */
+  double rest[3];      /* the sum of weight * what the offset lacks * direction */
+  double better[3];    /* the offset that comes nearest to moving each face by 1 */
+  double miss;         /* by how much it moves a face too far, or not far enough, at most */
+} aim;
+
+/* Three corners of a face that span its plane. */
+typedef struct face_frame {
+  uint32_t face, origin, ends[2]; /* face: 1 + its index; 0: there is no frame yet */
+  double sides[2][3];             /* from the origin to the ends */
+} face_frame;
 
 typedef struct parting {
   tw_editor *editor;
@@ -29,7 +44,9 @@ typedef struct parting {
   uint8_t *fan_is_rim;  /* [corner_count] at the root: whether a rim edge meets it */
   pull *pulls;          /* [corner_count] at the root: where its point goes */
   uint32_t *points;     /* [corner_count] at the root: its new point */
+  bool is_settled;      /* the pulls are offsets */
   uint32_t wall_count, new_count;
+  face_frame frame; /* of the face that was last asked for */
 } parting;
 
 /* Where directions diverge, a point moves at most this many times the distance. */
@@ -119,7 +136,9 @@ static bool is_new_fan(parting *p, uint32_t corner) {
 
 /* ---- where points go ------------------------------------------------------------------------- */
 
+/* A face without an area, and an edge without a length, have no direction and count for nothing. */
 static void add_pull(pull *to, const double *direction, double weight) {
+  if (tw_dot3(direction, direction) == 0) return;
   for (int i = 0; i < 3; i++) to->sum[i] += weight * direction[i];
   to->total += weight;
 }
@@ -152,14 +171,104 @@ static void add_pulls(parting *p, uint32_t corner) {
   }
 }
 
-/* Finds the vector whose component along every direction is 1, where there is one (for two directions in a
- * plane, or a box's three normals). Elsewhere the mean of these components is 1: the vector is the unit mean,
- * divided by its mean component along the directions. */
+/* Finds a vector whose mean component along the directions is 1: the unit mean, divided by its mean
+ * component. For two directions in a plane, or a box's three normals, all components are 1. */
 static void find_offset(const pull *from, double out[3]) {
   memcpy(out, from->sum, sizeof from->sum);
   double length = tw_unit3(out), along = from->total > 0 ? length / from->total : 0;
   double reach = along > 1.0 / REACH_MAX ? 1 / along : REACH_MAX;
   for (int i = 0; i < 3; i++) out[i] *= reach;
+}
+
+/* ---- faces of many planes -------------------------------------------------------------------- */
+
+/* How far a corner's face is moved too far, or not far enough; 0 where it has no area. */
+static double miss_at(const parting *p, uint32_t corner, const double *offset) {
+  const double *normal = p->normals[tw_corner_face(p->t, corner)];
+  return tw_dot3(normal, normal) > 0 ? 1 - tw_dot3(normal, offset) : 0;
+}
+
+static void add_aim(const parting *p, uint32_t corner, const double *offset, aim *to) {
+  const double *normal = p->normals[tw_corner_face(p->t, corner)];
+  double weight = angle_at(p, corner), lack = miss_at(p, corner, offset);
+  for (int i = 0; i < 3; i++) {
+    to->rest[i] += weight * lack * normal[i];
+    for (int k = 0; k < 3; k++) to->spread[i][k] += weight * normal[i] * normal[k];
+  }
+}
+
+/* Finds the vector whose components along the directions are nearest to 1, by least squares. Where the
+ * directions do not span space, it differs from the offset within what they span only. */
+static void find_better(const double *offset, aim *at) {
+  double across[3][3], trace = 0;
+  for (int i = 0; i < 3; i++) trace += at->spread[i][i];
+  for (int i = 0; i < 3; i++) at->spread[i][i] += 1e-9 * trace;
+  for (int i = 0; i < 3; i++) tw_cross3(at->spread[(i + 1) % 3], at->spread[(i + 2) % 3], across[i]);
+  double determinant = tw_dot3(at->spread[0], across[0]);
+  memcpy(at->better, offset, sizeof at->better);
+  for (int i = 0; i < 3; i++)
+    for (int k = 0; k < 3 && determinant > 0; k++) at->better[i] += at->rest[k] * across[k][i] / determinant;
+}
+
+/* Whether the better offset at least halves what the other one misses, and does not go far aside for it, as
+ * it would where planes are nearly parallel to one line. */
+static bool is_better(const pull *settled, const aim *at) {
+  enum { SLIDE_MAX = 4 }; /* times what the offset misses */
+  double by[3];
+  tw_difference3(at->better, settled->sum, by);
+  return at->miss <= settled->total / 2 && tw_length3(by) <= SLIDE_MAX * settled->total &&
+         tw_length3(at->better) <= REACH_MAX;
+}
+
+/* Replaces settled offsets by better ones. aim_of: [corner_count] at the root: 1 + the index of its aim; 0:
+ * the offset is good enough. */
+static void improve(parting *p, const uint32_t *aim_of, aim *aims) {
+  uint32_t corners = p->t->corner_count;
+  for (uint32_t c = 0; c < corners; c++) {
+    uint32_t fan = is_selected(p, c) ? fan_of(p, c) : c;
+    if (aim_of[fan] > 0) add_aim(p, c, p->pulls[fan].sum, &aims[aim_of[fan] - 1]);
+  }
+  for (uint32_t c = 0; c < corners; c++)
+    if (aim_of[c] > 0) find_better(p->pulls[c].sum, &aims[aim_of[c] - 1]);
+  for (uint32_t c = 0; c < corners; c++) {
+    uint32_t fan = is_selected(p, c) ? fan_of(p, c) : c;
+    aim *at = aim_of[fan] > 0 ? &aims[aim_of[fan] - 1] : NULL;
+    if (at) at->miss = fmax(at->miss, fabs(miss_at(p, c, at->better)));
+  }
+  for (uint32_t c = 0; c < corners; c++) {
+    const aim *at = aim_of[c] > 0 ? &aims[aim_of[c] - 1] : NULL;
+    if (at && is_better(&p->pulls[c], at)) memcpy(p->pulls[c].sum, at->better, sizeof at->better);
+  }
+}
+
+/* Settles the offsets of an extrusion by a distance. Along the mean normal they are exact for planes at right
+ * angles with equal shares, and for smooth surfaces hardly any is better; the others are improved.
+ * TW_NO_MEMORY.
+ */
+static tw_status settle_offsets(parting *p) {
+  static const double ENOUGH = 1e-3;
+  uint32_t corners = p->t->corner_count, count = 0;
+  uint32_t *aim_of = tw_arena_alloc(p->editor->scratch, corners, sizeof *aim_of);
+  if (!aim_of) return tw_editor_no_memory(p->editor);
+  for (uint32_t c = 0; c < corners; c++) {
+    double offset[3];
+    if (!is_selected(p, c) || fan_of(p, c) != c) continue;
+    find_offset(&p->pulls[c], offset);
+    memcpy(p->pulls[c].sum, offset, sizeof offset);
+    p->pulls[c].total = 0;
+  }
+  for (uint32_t c = 0; c < corners; c++) {
+    if (!is_selected(p, c)) continue;
+    pull *settled = &p->pulls[fan_of(p, c)];
+    settled->total = fmax(settled->total, fabs(miss_at(p, c, settled->sum)));
+  }
+  for (uint32_t c = 0; c < corners; c++)
+    if (is_selected(p, c) && fan_of(p, c) == c && p->pulls[c].total > ENOUGH) aim_of[c] = ++count;
+  aim *aims = tw_arena_alloc(p->editor->scratch, count, sizeof *aims);
+  if (!aims) return tw_editor_no_memory(p->editor);
+  if (count > 0) improve(p, aim_of, aims);
+  p->is_settled = true;
+  return TW_OK;
 }
 
 static void find_shift(const parting *p, uint32_t fan, double out[3]) {
@@ -169,7 +278,10 @@ static void find_shift(const parting *p, uint32_t fan, double out[3]) {
     return;
   }
   double distance = p->is_inset ? edit->inset.amount : edit->extrude.distance;
-  find_offset(&p->pulls[fan], out);
+  if (p->is_settled)
+    memcpy(out, p->pulls[fan].sum, sizeof p->pulls[fan].sum);
+  else
+    find_offset(&p->pulls[fan], out);
   for (int i = 0; i < 3; i++) out[i] *= distance;
 }
 
@@ -178,28 +290,73 @@ static void find_shift(const parting *p, uint32_t fan, double out[3]) {
 /* Beyond this many side lengths a face's values mean nothing. */
 #define EXTRAPOLATION_MAX 1e6
 
+enum { TERMS_MAX = 6 }; /* of the mean of extrapolate_corner */
+
+/* Finds the shares of two sides that sum up to a vector. least: of the square of the sine between the sides,
+ * for which they span a plane. False where they do not, or the vector is too long. */
+static bool find_shares(const double one[3], const double other[3], double least, const double *by,
+                        double out[2]) {
+  double aa = tw_dot3(one, one), bb = tw_dot3(other, other), ab = tw_dot3(one, other);
+  double det = aa * bb - ab * ab, x = tw_dot3(by, one), y = tw_dot3(by, other);
+  if (!(det > least * aa * bb)) return false;
+  out[0] = (x * bb - y * ab) / det;
+  out[1] = (y * aa - x * ab) / det;
+  return fabs(out[0]) <= EXTRAPOLATION_MAX && fabs(out[1]) <= EXTRAPOLATION_MAX;
+}
+
+/* Finds the frame of a face: from its first corner to the farthest one, and to that which makes the largest
+ * triangle with both. O(corners), once for all corners of the face. */
+static const face_frame *find_frame(parting *p, uint32_t face) {
+  face_frame *frame = &p->frame;
+  if (frame->face == face + 1) return frame;
+  uint32_t begin = tw_face_begin(p->t, face), size = tw_face_size(p->t, face);
+  *frame = (face_frame){.face = face + 1, .origin = begin, .ends = {begin, begin}};
+  for (int i = 0; i < 2; i++) {
+    double most = 0, side[3], across[3];
+    for (uint32_t c = begin + 1; c < begin + size; c++) {
+      tw_side3(tw_editor_point(p->editor, p->t->corner_vertex[begin]),
+               tw_editor_point(p->editor, p->t->corner_vertex[c]), side);
+      tw_cross3(frame->sides[0], side, across);
+      double square = i == 0 ? tw_dot3(side, side) : tw_dot3(across, across);
+      if (!(square > most)) continue;
+      most = square;
+      frame->ends[i] = c;
+      memcpy(frame->sides[i], side, sizeof side);
+    }
+  }
+  return frame;
+}
+
 /* Mixes a face's corners so that the mean has the values of the face, extended as a plane, at the offset `by`
- * from a corner. last: the corner that distinguishes such means at one point (tw_change_mix). Returns the
- * parent; the corner itself where the offset cannot be expressed. */
-static uint32_t extrapolate_corner(parting *p, uint32_t corner, uint32_t last, const double *by) {
+ * from a corner. first, last: the corners that distinguish such means at one point (tw_change_mix). Returns
+ * the parent; the corner itself where the offset cannot be expressed. */
+static uint32_t extrapolate_corner(parting *p, uint32_t corner, uint32_t first, uint32_t last,
+                                   const double *by) {
   const tw_topology *t = p->t;
-  double ahead[3], back[3];
-  uint32_t next = tw_corner_next(t, corner), previous = tw_corner_previous(t, corner);
+  double ahead[3], back[3], shares[2];
+  tw_term terms[TERMS_MAX] = {{first, 0}};
+  uint32_t count = first != corner;
   sides_of(p, corner, ahead, back);
-  double aa = tw_dot3(ahead, ahead), bb = tw_dot3(back, back), ab = tw_dot3(ahead, back);
-  double det = aa * bb - ab * ab, x = tw_dot3(by, ahead), y = tw_dot3(by, back);
-  if (!(det > 1e-4 * aa * bb)) return corner;
-  double a = (x * bb - y * ab) / det, b = (y * aa - x * ab) / det;
-  if (!(fabs(a) <= EXTRAPOLATION_MAX && fabs(b) <= EXTRAPOLATION_MAX)) return corner;
-  tw_term terms[4] = {{corner, 1 - a - b}, {next, a}, {previous, b}, {last, 0}};
-  return t->corner_count + tw_change_mix(&p->change, terms, 4);
+  if (find_shares(ahead, back, 1e-4, by, shares)) {
+    terms[count++] = (tw_term){corner, 1 - shares[0] - shares[1]};
+    terms[count++] = (tw_term){tw_corner_next(t, corner), shares[0]};
+    terms[count++] = (tw_term){tw_corner_previous(t, corner), shares[1]};
+  } else { /* the corner is straight, or nearly */
+    const face_frame *frame = find_frame(p, tw_corner_face(t, corner));
+    if (!find_shares(frame->sides[0], frame->sides[1], 1e-12, by, shares)) return corner;
+    terms[count++] = (tw_term){corner, 1};
+    terms[count++] = (tw_term){frame->origin, -shares[0] - shares[1]};
+    for (int i = 0; i < 2; i++) terms[count++] = (tw_term){frame->ends[i], shares[i]};
+  }
+  terms[count++] = (tw_term){last, 0};
+  return t->corner_count + tw_change_mix(&p->change, terms, count);
 }
 
 /* The point parent with the same mean as a corner's parent. Always a mix, never the old point itself: the old
  * point's sharpness stays with the old point. */
 static uint32_t extrapolate_point(parting *p, uint32_t corner, uint32_t parent) {
   const tw_topology *t = p->t;
-  tw_term terms[4] = {{corner, 1}};
+  tw_term terms[TERMS_MAX] = {{corner, 1}};
   uint32_t count = 1;
   if (parent >= t->corner_count) {
     const tw_change *c = &p->change;
@@ -224,11 +381,18 @@ static tw_status begin_change(parting *p) {
                                .faces = (uint64_t)t->face_count + p->wall_count,
                                .corners = (uint64_t)t->corner_count + 4 * (uint64_t)p->wall_count,
                                .mixes = mixes,
-                               .terms = 4 * mixes};
+                               .terms = TERMS_MAX * mixes};
   tw_status status = tw_change_init(&p->change, p->editor, &size);
   if (status != TW_OK) return status;
   p->change.shifts = tw_arena_alloc(p->editor->scratch, size.points, sizeof *p->change.shifts);
   return p->change.shifts ? TW_OK : tw_editor_no_memory(p->editor);
+}
+
+static tw_status aim_points(parting *p) {
+  for (uint32_t c = 0; c < p->t->corner_count; c++)
+    if (is_selected(p, c)) add_pulls(p, c);
+  bool is_by_distance = !p->is_inset && !p->editor->edit->extrude.has_by;
+  return is_by_distance ? settle_offsets(p) : TW_OK;
 }
 
 /* Adds the points of all fans. parents: [corner_count] receives the parents of the selected faces'
@@ -237,14 +401,12 @@ static void put_points(parting *p, uint32_t *parents) {
   const tw_topology *t = p->t;
   double shift[3];
   tw_change_keep_points(&p->change);
-  for (uint32_t c = 0; c < t->corner_count; c++)
-    if (is_selected(p, c)) add_pulls(p, c);
   for (uint32_t c = 0; c < t->corner_count; c++) {
     if (!is_selected(p, c)) continue;
     uint32_t fan = fan_of(p, c);
     find_shift(p, fan, shift);
     bool is_still = !p->is_inset || keeps_point(p, fan);
-    parents[c] = is_still ? c : extrapolate_corner(p, c, c, shift);
+    parents[c] = is_still ? c : extrapolate_corner(p, c, c, c, shift);
     if (fan != c) continue; /* a fan's root is its least corner, so it comes first */
     if (keeps_point(p, c)) {
       p->points[c] = t->corner_vertex[c];
@@ -283,7 +445,8 @@ static void put_face(parting *p, uint32_t face, const uint32_t *parents) {
 }
 
 /* Adds the wall between an edge and the same edge of the moved face. An extruded face's walls have UVs as if
- * unfolded round the face; an inset rim's UVs are the face's. */
+ * unfolded round the face; an inset rim's UVs are the face's. Where both faces at an edge have a wall there,
+ * these are unfolded to opposite sides: the face's corners off the edge distinguish them. */
 static void put_wall(parting *p, uint32_t corner, const uint32_t *parents) {
   const tw_topology *t = p->t;
   uint32_t next = tw_corner_next(t, corner), edge = t->corner_edge[corner], foot[2] = {corner, next};
@@ -293,7 +456,8 @@ static void put_wall(parting *p, uint32_t corner, const uint32_t *parents) {
     inward(p, corner, out);
     double height = tw_length3(p->change.shifts[top[i]]);
     for (int k = 0; k < 3; k++) out[k] *= -height;
-    foot[i] = extrapolate_corner(p, foot[i], i == 0 ? next : corner, out);
+    uint32_t off = i == 0 ? tw_corner_previous(t, corner) : tw_corner_next(t, next);
+    foot[i] = extrapolate_corner(p, foot[i], off, i == 0 ? next : corner, out);
   }
   tw_change_corner(&p->change, t->corner_vertex[corner], foot[0], edge, 0);
   tw_change_corner(&p->change, t->corner_vertex[next], foot[1], UINT32_MAX, 0);
@@ -313,6 +477,7 @@ static tw_status separate_faces(parting *p) {
   status = begin(p);
   if (status == TW_OK) find_fans(p);
   if (status == TW_OK) status = begin_change(p);
+  if (status == TW_OK) status = aim_points(p);
   if (status != TW_OK) return status;
   put_points(p, parents);
   subtract_extrapolation(p);

@@ -14,6 +14,7 @@ typedef struct remover {
   uint8_t *is_gone;  /* [face_count] */
   uint32_t *becomes; /* [vertex_count] the old point that each is merged into, or itself */
   uint32_t *points;  /* [vertex_count] its new point, or UINT32_MAX */
+  uint32_t merged;   /* after finish: the new point that is a mean, or UINT32_MAX */
 } remover;
 
 static tw_status begin(remover *r) {
@@ -64,17 +65,14 @@ static tw_status drop_thin_faces(remover *r) {
 
 /* Makes the mesh without the removed faces, and without points that lost all their faces. doomed:
  * [vertex_count] points that are removed even if they never had a face. made: [vertex_count] or NULL. merged:
- * the point that becomes the mean of terms [term_count], moved by `shift`; UINT32_MAX: none. */
+ * the point that becomes the mean of terms [term_count]; UINT32_MAX: none. */
 static tw_status finish(remover *r, const uint8_t *doomed, const uint8_t *made, uint32_t merged,
-                        const tw_term *terms, uint32_t term_count, const double *shift) {
+                        const tw_term *terms, uint32_t term_count) {
   const tw_topology *t = r->t;
   uint8_t *is_used = tw_arena_alloc(r->editor->scratch, t->vertex_count, 1);
   const tw_change_size size = {t->vertex_count, t->face_count, t->corner_count, term_count > 0, term_count};
   tw_status status = is_used ? tw_change_init(&r->change, r->editor, &size) : tw_editor_no_memory(r->editor);
   if (status != TW_OK) return status;
-  if (term_count > 0)
-    r->change.shifts = tw_arena_alloc(r->editor->scratch, t->vertex_count, sizeof(double[3]));
-  if (term_count > 0 && !r->change.shifts) return tw_editor_no_memory(r->editor);
   for (uint32_t c = 0; c < t->corner_count; c++)
     if (!r->is_gone[t->corner_face[c]]) is_used[end_of(r, c)] = 1;
   memset(r->points, 0xFF, t->vertex_count * sizeof *r->points);
@@ -83,9 +81,9 @@ static tw_status finish(remover *r, const uint8_t *doomed, const uint8_t *made, 
     if (r->becomes[p] != p || !(is_used[p] || is_loose)) continue;
     uint32_t parent = p == merged ? t->vertex_count + tw_change_mix(&r->change, terms, term_count) : p;
     r->points[p] = tw_change_point(&r->change, parent, made && made[p] ? TW_CHANGE_MADE : 0);
-    if (p == merged) memcpy(r->change.shifts[r->points[p]], shift, sizeof(double[3]));
   }
   for (uint32_t p = 0; p < t->vertex_count; p++) r->points[p] = r->points[r->becomes[p]];
+  r->merged = merged == UINT32_MAX ? UINT32_MAX : r->points[merged];
   r->change.joins = r->points;
   for (uint32_t f = 0; f < t->face_count; f++) {
     if (r->is_gone[f]) continue;
@@ -112,7 +110,7 @@ tw_status tw_edit_delete(tw_editor *editor) {
     if (selected[of[editor->edit->selection.of]]) r.is_gone[r.t->corner_face[c]] = 1;
   }
   if (editor->edit->selection.of == TW_EDIT_VERTICES) doomed = selected;
-  return finish(&r, doomed, NULL, UINT32_MAX, NULL, 0, NULL);
+  return finish(&r, doomed, NULL, UINT32_MAX, NULL, 0);
 }
 
 tw_status tw_edit_drop_pieces(tw_editor *editor) {
@@ -133,7 +131,7 @@ tw_status tw_edit_drop_pieces(tw_editor *editor) {
       else
         r.is_gone[f] = *size < editor->edit->drop_pieces.faces;
     }
-  return finish(&r, doomed, NULL, UINT32_MAX, NULL, 0, NULL);
+  return finish(&r, doomed, NULL, UINT32_MAX, NULL, 0);
 }
 
 /* ---- merge ----------------------------------------------------------------------------------- */
@@ -147,7 +145,7 @@ static tw_status join_near(remover *r, const uint32_t *list, uint32_t count, dou
   if (!positions || !point_of || !first) return tw_editor_no_memory(r->editor);
   for (uint32_t i = 0; i < count; i++)
     memcpy(positions + 3 * (size_t)i, tw_editor_point(r->editor, list[i]), sizeof(float[3]));
-  double least = distance > 0 && distance < 1e-12 ? 1e-12 : distance;
+  double least = distance > 0 ? fmax(distance, TW_WELD_LEAST) : distance;
   if (tw_weld_within(positions, count, least, point_of, &point_count, NULL) != TW_OK)
     return tw_editor_no_memory(r->editor);
   for (uint32_t i = 0; i < count; i++) {
@@ -160,18 +158,13 @@ static tw_status join_near(remover *r, const uint32_t *list, uint32_t count, dou
   return status == TW_OK ? TW_OK : tw_editor_no_memory(r->editor);
 }
 
-static tw_status join_all(remover *r, const uint32_t *list, uint32_t count, tw_term **terms,
-                          double shift[3]) {
-  const tw_edit *edit = r->editor->edit;
-  double mean[3] = {0, 0, 0};
+static tw_status join_all(remover *r, const uint32_t *list, uint32_t count, tw_term **terms) {
   *terms = tw_arena_alloc_raw(r->editor->scratch, count, sizeof **terms);
   if (!*terms) return tw_editor_no_memory(r->editor);
   for (uint32_t i = 0; i < count; i++) {
     (*terms)[i] = (tw_term){list[i], 1.0 / count};
-    for (int k = 0; k < 3; k++) mean[k] += (double)tw_editor_point(r->editor, list[i])[k] / count;
     r->becomes[list[i]] = list[0];
   }
-  for (int k = 0; k < 3; k++) shift[k] = edit->merge.has_to ? edit->merge.to[k] - mean[k] : 0;
   return TW_OK;
 }
 
@@ -189,12 +182,12 @@ tw_status tw_edit_merge(tw_editor *editor) {
   if (!list || !doomed) return tw_editor_no_memory(editor);
   bool is_near = edit->merge.distance >= 0;
   tw_term *terms = NULL;
-  double shift[3] = {0, 0, 0};
   status = begin(&r);
   if (status == TW_OK)
-    status =
-        is_near ? join_near(&r, list, count, edit->merge.distance) : join_all(&r, list, count, &terms, shift);
+    status = is_near ? join_near(&r, list, count, edit->merge.distance) : join_all(&r, list, count, &terms);
   if (status == TW_OK) status = drop_thin_faces(&r);
   if (status != TW_OK) return status;
-  return finish(&r, doomed, selected, is_near ? UINT32_MAX : list[0], terms, is_near ? 0 : count, shift);
+  status = finish(&r, doomed, selected, is_near ? UINT32_MAX : list[0], terms, is_near ? 0 : count);
+  bool is_placed = edit->merge.has_to && status == TW_OK && r.merged != UINT32_MAX;
+  return is_placed ? tw_editor_place(editor, r.merged, edit->merge.to) : status;
 }

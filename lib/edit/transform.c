@@ -1,4 +1,4 @@
-/* Moves, rotates and scales points. */
+/* Moves, rotates and scales points, and with these the displacements of morph targets. */
 #include <math.h>
 #include <string.h>
 
@@ -56,6 +56,22 @@ static tw_status find_motion(const tw_editor *e, const uint8_t *points, motion *
   return TW_OK;
 }
 
+/* Morph targets show the mesh as if it were moved by the edit once they have displaced its points: their
+ * displacements turn and scale with these. */
+static tw_status turn_targets(tw_editor *editor, const uint8_t *points, const motion *m) {
+  const tw_mesh *mesh = &editor->mesh;
+  tw_status status = tw_editor_loosen_targets(editor);
+  for (uint32_t t = 0; t < mesh->morph_count; t++)
+    for (uint32_t p = 0; status == TW_OK && p < mesh->point_count; p++) {
+      if (!points[p]) continue;
+      double from[3], to[3];
+      for (int i = 0; i < 3; i++) from[i] = (double)mesh->morphs[t][3 * (size_t)p + (size_t)i];
+      for (int i = 0; i < 3; i++) to[i] = tw_dot3(m->rows[i], from);
+      status = tw_editor_displace(editor, t, p, to);
+    }
+  return status;
+}
+
 tw_status tw_edit_transform(tw_editor *editor) {
   uint8_t *selected, *points;
   motion m;
@@ -71,5 +87,7 @@ tw_status tw_edit_transform(tw_editor *editor) {
     for (int i = 0; i < 3; i++) to[i] = tw_dot3(m.rows[i], from) + m.about[i] + m.by[i];
     status = tw_editor_place(editor, p, to);
   }
+  bool turns = editor->edit->kind != TW_EDIT_MOVE && editor->mesh.morph_count > 0;
+  if (status == TW_OK && turns) status = turn_targets(editor, points, &m);
   return status == TW_OK ? tw_editor_name_selected(editor, selected, points) : status;
 }

@@ -55,9 +55,13 @@ tw_status tw_weld_values(const tw_soup *soup, const uint32_t *point_of_vertex, u
 bool tw_values_part(const uint32_t *point_of_vertex, uint32_t vertex_count, const uint32_t *first_vertices,
                     const float *rows, uint32_t width);
 
+/* The least distance but 0 of tw_weld_within: coordinates up to TW_COORDINATE_MAX are finite multiples of it.
+ */
+#define TW_WELD_LEAST 1e-280
+
 /* Finds which points are one: those within a distance of the first of them; 0: those at the same place. Other
- * distances are at least 1e-12. positions: [count][3]; point_of: [count], numbered in the order of each new
- * point's first old point. O(n log n). TW_NO_MEMORY. */
+ * distances are at least TW_WELD_LEAST. positions: [count][3]; point_of: [count], numbered in the order of
+ * each new point's first old point. O(n log n). TW_NO_MEMORY. */
 tw_status tw_weld_within(const float *positions, uint32_t count, double distance, uint32_t *point_of,
                          uint32_t *point_count, tw_error *error);
 

@@ -30,6 +30,8 @@ typedef struct coarsening {
   uint32_t *faces;
   uint32_t *number_of; /* [child vertices] the parents' vertex at each; NONE: there is none */
   bool is_ambiguous;
+  uint32_t parted;         /* parents whose children differ, as in tw_coarsened */
+  uint32_t misfit;         /* a face of the child's where its connectivity is not that of a step */
   double *strays;          /* as in tw_coarsened */
   uint32_t levels;         /* steps taken back before this one */
   const uint32_t *corners; /* from tw_coarse_corners for the steps before; make_mesh adds this step */
@@ -118,25 +120,25 @@ static tw_status make_parents(coarsening *s, const tw_piece *piece, tw_arena *ar
 /* Gathers the child's values in the order in which a step numbers the vertices it makes of `coarse`: at the
  * coarse vertices, in the middles of the coarse edges, then (Catmull-Clark) inside the coarse faces.
  * value_at: [child corners] index of the value at each. Returns those indices, [rows]; NULL without memory.
- * *is_one: false where corners of one vertex have different values.
+ * *several: a parent whose corners have other values at a vertex than a parent before; NONE: there is none.
  * Starting at the child's corner where the parent's corner is, the child's next corner lies in the middle of
  * the parent's edge, and the one after it inside the parent. */
 static uint32_t *gather(const coarsening *s, const parents *p, const tw_topology *coarse,
-                        const uint32_t *value_at, tw_arena *arena, bool *is_one) {
+                        const uint32_t *value_at, tw_arena *arena, uint32_t *several) {
   const tw_topology *t = &s->child.topology;
   uint32_t V = coarse->vertex_count, E = coarse->edge_count, F = s->rules.loop ? 0 : coarse->face_count;
   size_t rows = (size_t)V + E + F;
   uint32_t *values = tw_arena_alloc_raw(arena, rows, sizeof *values);
   if (!values) return NULL;
   memset(values, 0xFF, rows * sizeof *values);
-  *is_one = true;
+  *several = NONE;
   for (uint32_t f = 0; f < coarse->face_count; f++)
     for (uint32_t c = tw_face_begin(coarse, f); c < tw_face_begin(coarse, f) + tw_face_size(coarse, f); c++) {
       uint32_t corner = p->faces.origins[c];
       const uint32_t places[3] = {coarse->corner_vertex[c], V + coarse->corner_edge[c], V + E + f};
       for (int i = 0; i < (s->rules.loop ? 2 : 3); i++, corner = tw_corner_next(t, corner)) {
         uint32_t *place = &values[places[i]];
-        *is_one &= *place == NONE || *place == value_at[corner];
+        if (*place != NONE && *place != value_at[corner] && *several == NONE) *several = f;
         if (*place == NONE) *place = value_at[corner];
       }
     }
@@ -186,16 +188,20 @@ static uint32_t point_of(const coarsening *s, uint32_t vertex) {
 }
 
 /* Solves for the parents' points. *out: [vertices][3]. *points: [rows] the mesh's point of each row.
- * TW_INVALID: the parents have doubled edges, so that the child's connectivity is not that of a step. */
-static tw_status solve_points(const coarsening *s, const parents *p, tw_arena *arena, double **out,
+ * TW_INVALID: the parents have doubled edges, so that the child's connectivity is not that of a step;
+ * s->misfit is a face there. */
+static tw_status solve_points(coarsening *s, const parents *p, tw_arena *arena, double **out,
                               uint32_t **points, double *error) {
-  bool is_one;
-  *points = gather(s, p, &p->topology, s->child.topology.corner_vertex, arena, &is_one);
+  uint32_t several;
+  *points = gather(s, p, &p->topology, s->child.topology.corner_vertex, arena, &several);
   uint32_t rows = row_count(s, &p->topology);
   double *child = tw_arena_alloc_raw(arena, rows, 3 * sizeof *child);
   *out = tw_arena_alloc_raw(arena, p->topology.vertex_count, 3 * sizeof **out);
   if (!*points || !child || !*out) return TW_NO_MEMORY;
-  if (!is_one) return TW_INVALID;
+  if (several != NONE) {
+    s->misfit = p->faces.origins[p->faces.face_offsets[several]] / s->child.topology.face_size;
+    return TW_INVALID;
+  }
   for (size_t row = 0; row < rows; row++) {
     (*points)[row] = point_of(s, (*points)[row]);
     memcpy(child + 3 * row, s->positions + 3 * (size_t)(*points)[row], 3 * sizeof *child);
@@ -309,7 +315,27 @@ static tw_status find_ambiguity(coarsening *s, const tw_topology *t) {
 
 /* ---- the mesh -------------------------------------------------------------------------------- */
 
-static bool make_faces(const coarsening *s, const parents *p, tw_mesh *out) {
+/* Whether two faces of the mesh are alike in all that a parent has once. is_hole: [faces]. */
+static bool is_alike(const tw_mesh *mesh, const uint8_t *is_hole, uint32_t a, uint32_t b) {
+  return is_hole[a] == is_hole[b] &&
+         (!mesh->face_materials || mesh->face_materials[a] == mesh->face_materials[b]) &&
+         (!mesh->face_groups || mesh->face_groups[a] == mesh->face_groups[b]) &&
+         (!mesh->face_smoothing || mesh->face_smoothing[a] == mesh->face_smoothing[b]);
+}
+
+/* Whether a parent's children are alike. The middle one of a triangle's lies across the edge of the first one
+ * that joins the middles of the parent's edges. */
+static bool has_one_face(const coarsening *s, const parents *p, const uint8_t *is_hole, uint32_t parent) {
+  const tw_topology *t = &s->child.topology;
+  const uint32_t *origins = p->faces.origins;
+  uint32_t begin = p->faces.face_offsets[parent], first = origins[begin] / t->face_size;
+  for (uint32_t c = begin + 1; c < p->faces.face_offsets[parent + 1]; c++)
+    if (!is_alike(s->mesh, is_hole, first, origins[c] / t->face_size)) return false;
+  return t->face_size == 4 ||
+         is_alike(s->mesh, is_hole, first, t->sibling[tw_triangle_next(origins[begin])] / t->face_size);
+}
+
+static bool make_faces(coarsening *s, const parents *p, tw_mesh *out) {
   const tw_topology *t = &p->topology;
   uint32_t *first = tw_arena_alloc_raw(s->scratch, t->face_count, sizeof *first);
   uint8_t *is_hole = tw_arena_alloc(s->scratch, s->mesh->face_count, 1);
@@ -319,6 +345,7 @@ static bool make_faces(const coarsening *s, const parents *p, tw_mesh *out) {
   for (uint32_t f = 0; f < t->face_count; f++) {
     first[f] = p->faces.origins[p->faces.face_offsets[f]] / s->child.topology.face_size;
     if (is_hole[first[f]]) holes[out->hole_count++] = f;
+    s->parted += !has_one_face(s, p, is_hole, f);
   }
   out->holes = holes;
   return tw_mesh_take_faces(out, s->mesh, first, t->face_count, s->arena) == TW_OK;
@@ -364,8 +391,8 @@ static tw_status make_channel(const coarsening *s, const parents *p, const tw_ch
   if (status != TW_OK) return status;
   tw_rules rules = s->rules;
   rules.linear = s->options.uv == TW_UV_ALL;
-  bool is_one;
-  uint32_t *values = gather(s, p, &t, from->corners, s->scratch, &is_one);
+  uint32_t several;
+  uint32_t *values = gather(s, p, &t, from->corners, s->scratch, &several);
   if (!values) return TW_NO_MEMORY;
   to->value_count = t.vertex_count;
   to->corners = t.corner_vertex;
@@ -456,7 +483,9 @@ static tw_status take_step(coarsening *s, tw_mesh *out, double **positions, doub
   const tw_topology *t = &s->child.topology;
   if (status != TW_OK) return status;
   if (t->face_count == 0) return tw_fail(error, TW_INVALID, "the mesh has no faces");
-  if (t->face_size != (s->rules.loop ? 3 : 4)) return fail_at(0, error);
+  uint32_t size = s->rules.loop ? 3 : 4, other = 0;
+  while (t->face_size == 0 && tw_face_size(t, other) == size) other++; /* faces differ in size */
+  if (t->face_size != size) return fail_at(other, error);
   s->parts = tw_arena_alloc_raw(s->scratch, t->face_count, 1);
   s->faces = tw_arena_alloc_raw(s->scratch, t->face_count, sizeof *s->faces);
   s->seen = tw_arena_alloc(s->scratch, s->rules.loop ? t->face_count : t->vertex_count, 1);
@@ -467,7 +496,7 @@ static tw_status take_step(coarsening *s, tw_mesh *out, double **positions, doub
   status = choose_all(s, error);
   if (status != TW_OK) return status;
   status = make_mesh(s, out, positions, miss);
-  return status == TW_INVALID ? fail_at(0, error) : status;
+  return status == TW_INVALID ? fail_at(s->misfit, error) : status;
 }
 
 /* Adds the difference between the mesh and the cage's surface to the cage, as a detail of the level that the
@@ -541,6 +570,7 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
     out->error += miss;
     out->strays = fmax(out->strays, strays);
     out->is_ambiguous |= s.is_ambiguous;
+    out->parted += s.parted;
   }
   tw_status status = tw_mesh_check(&out->mesh, error, NULL); /* solved points may be too far away */
   if (status != TW_OK || out->fits) return status;

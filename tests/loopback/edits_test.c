@@ -1,4 +1,5 @@
 /* Models that edits make: what is answered and stored, that the cage reads back the same, and refusals. */
+#include "flag.h"
 #include "loopback.h"
 
 #include <stdio.h>
@@ -473,6 +474,24 @@ TEST(names_of_nothing_take_work_too) {
   cJSON_Delete(edit(loop, id, body, made));
   free(body);
   loopback_stop(loop);
+}
+
+TEST_WITH(images_that_follow_the_joints_of_the_other_side_are_told, loopback_setup, loopback_teardown) {
+  char id[API_ID_TEXT];
+  loopback_upload(*state, "model/gltf+json", flag, id);
+  reply r = post_edits(*state, id, "{'edits':[{'edit':'flip'},{'edit':'mirror','axis':'x'}]}");
+  assert_int_equal(r.status, 201);
+  assert_non_null(strstr(reply_header(&r, "X-Tweend-Warning"), "mirror"));
+  reply_free(&r);
+  r = post_edits(*state, id, "{'edits':[{'edit':'flip'}]}");
+  assert_int_equal(r.status, 201);
+  assert_null(reply_header(&r, "X-Tweend-Warning"));
+  reply_free(&r);
+  loopback_upload(*state, "application/json", box, id);
+  r = post_edits(*state, id, "{'edits':[{'edit':'mirror','axis':'y'}]}");
+  assert_int_equal(r.status, 201);
+  assert_null(reply_header(&r, "X-Tweend-Warning"));
+  reply_free(&r);
 }
 
 TEST_WITH(a_store_that_fails_is_503, loopback_setup, loopback_teardown) {

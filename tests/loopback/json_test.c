@@ -189,6 +189,8 @@ static const bad_document bad_edits[] = {
     {EDITED("{'edit':'loop_cut','edge':[0,7]}"), 422, "/meshes/1/edits/0/edge", NULL},
     {EDITED("{'edit':'loop_cut','edge':[0,1],'cuts':2,'at':[0.5]}"), 422, "/meshes/1/edits/0/at",
      "there is 1 place for 2 cuts"},
+    {EDITED("{'edit':'loop_cut','edge':[0,1],'at':[]}"), 422, "/meshes/1/edits/0/at",
+     "an edge is cut 1 to 10000 times"},
     {EDITED("{'edit':'loop_cut','edge':[0,1],'cuts':4000000000}"), 422, "/meshes/1/edits/0/cuts", NULL},
     {EDITED("{'edit':'subdivide','faces':'all','cuts':9999}"), 422, "/meshes/1/edits/0", NULL},
     {EDITED("{'edit':'fill','method':'fair'}"), 422, "/meshes/1/edits/0", "no hole to fill"},

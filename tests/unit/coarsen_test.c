@@ -3,6 +3,7 @@
 #include "host.h"
 #include "tweend/coarsen.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "cube.h"
@@ -192,6 +193,59 @@ TEST(what_is_no_refinement_says_so) {
   free(triangles);
   free(odd);
   free(empty);
+}
+
+/* The piece that is no refinement is named, not the first one. */
+TEST(the_face_that_is_no_child_is_named) {
+  tw_mesh box = cube();
+  level fine = refine(&box, options_of(TW_CATMULL_CLARK, 1));
+  uint32_t faces = fine.mesh.face_count, corners = fine.mesh.corner_count;
+  uint32_t *offsets = malloc((faces + 2) * sizeof *offsets),
+           *all = malloc(((size_t)corners + 3) * sizeof *all);
+  memcpy(offsets, fine.mesh.face_offsets, ((size_t)faces + 1) * sizeof *offsets);
+  memcpy(all, fine.mesh.corners, corners * sizeof *all);
+  offsets[faces + 1] = corners + 3;
+  for (uint32_t i = 0; i < 3; i++) all[corners + i] = fine.mesh.corners[i]; /* a triangle on a face */
+  tw_mesh mesh = fine.mesh;
+  mesh.face_count++;
+  mesh.corner_count += 3;
+  mesh.face_offsets = offsets;
+  mesh.corners = all;
+  char place[32];
+  snprintf(place, sizeof place, "/faces/%u", faces);
+  is_no_refinement(&mesh, TW_CATMULL_CLARK, place);
+  free(offsets);
+  free(all);
+  free_level(&fine);
+}
+
+static void counts_parted(const tw_mesh *cage, tw_scheme scheme, uint32_t parted) {
+  tw_mesh box = *cage;
+  level fine = refine(&box, options_of(scheme, 1));
+  int32_t *materials = calloc(fine.mesh.face_count, sizeof *materials);
+  tw_mesh mesh = fine.mesh;
+  tw_surface_options back = options_of(scheme, 1);
+  for (uint32_t last = 0; last < 2; last++) {
+    tw_arena *arena = tw_arena_create();
+    tw_coarsened found;
+    tw_error error;
+    /* The last child alone is of another material. */
+    for (uint32_t f = 0; f < parted; f++) materials[4 * f + 3] = (int32_t)last;
+    mesh.face_materials = materials;
+    assert_int_equal(tw_mesh_coarsen(&mesh, &back, NULL, arena, &found, &error), TW_OK);
+    assert_int_equal(found.parted, last == 0 ? 0 : parted);
+    tw_arena_destroy(arena);
+  }
+  free(materials);
+  free_level(&fine);
+}
+
+TEST(faces_whose_children_differ_are_counted) {
+  cage *quads = torus(TORUS_QUADS, NO_GAPS, false), *triangles = torus(TORUS_TRIANGLES, NO_GAPS, false);
+  counts_parted(&quads->mesh, TW_CATMULL_CLARK, 5);
+  counts_parted(&triangles->mesh, TW_LOOP, 3);
+  free(quads);
+  free(triangles);
 }
 
 TEST(a_cage_that_nobody_wants_any_more_is_not_found) {

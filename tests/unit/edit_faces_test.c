@@ -80,6 +80,39 @@ TEST(a_merged_face_is_a_point) {
   edited_deinit(&e);
 }
 
+TEST(merged_points_go_exactly_to_the_place) {
+  const float points[4][3] = {{1e7f, 0, 0}, {12345679, 1, 0}, {0, 0, 0}, {5, 5, 5}}; /* of no float's mean */
+  const uint32_t corners[6] = {0, 2, 3, 1, 3, 2}, offsets[3] = {0, 3, 6};
+  tw_mesh mesh = mesh_of(points[0], 4, corners, offsets, 2);
+  tw_edit edit_ = merge((tw_selection)LIST(TW_EDIT_VERTICES, 0, 1), -1);
+  edit_.merge.has_to = true;
+  const double to[3] = {0.1, 0.3, 0.7};
+  memcpy(edit_.merge.to, to, sizeof to);
+  edited e = edit(&mesh, &edit_, 1);
+  for (int i = 0; i < 3; i++) assert_true(point_of(&e.mesh, 0)[i] == (float)to[i]);
+  edited_deinit(&e);
+}
+
+TEST(points_of_tiny_meshes_are_merged_within_the_distance_alone) {
+  const double distances[4] = {1e-300, 1e-16, 2e-15, 1e-12};
+  const uint32_t left[4] = {9, 9, 8, 0};
+  for (size_t i = 0; i < 4; i++) {
+    float points[9][3];
+    uint32_t corners[24];
+    memcpy(points, cube_points, sizeof cube_points);
+    memcpy(points[8], cube_points[6], sizeof points[8]);
+    memcpy(corners, cube_corners, sizeof corners);
+    corners[6] = 8; /* of one face, a hundredth of an edge away */
+    points[8][0] = 1.02f;
+    for (size_t k = 0; k < 27; k++) points[k / 3][k % 3] *= 5e-14f;
+    tw_mesh mesh = mesh_of(points[0], 9, corners, cube_offsets, 6);
+    edited e =
+        edit_once(&mesh, merge((tw_selection){.of = TW_EDIT_VERTICES, .by = TW_SELECT_ALL}, distances[i]));
+    assert_int_equal(e.stats.vertices, left[i]);
+    edited_deinit(&e);
+  }
+}
+
 TEST(loose_quads_become_one_surface_by_distance) {
   float points[24][3];
   uint32_t corners[24];

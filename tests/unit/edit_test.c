@@ -285,6 +285,34 @@ TEST(scale_is_about_the_mean_of_the_vertices) {
   edited_deinit(&e);
 }
 
+/* Turning and scaling after a morph target, or before it, is the same. */
+TEST(morph_targets_turn_and_scale_with_their_points) {
+  dressed d;
+  tw_mesh mesh = dressed_cube(&d), posed = mesh;
+  float points[8][3];
+  const tw_edit edits[2] = {
+      {.kind = TW_EDIT_ROTATE,
+       .selection = LIST(TW_EDIT_VERTICES, 0, 1, 2, 3, 6),
+       .rotate = {.axis = {1, 2, 3}, .degrees = 50, .has_about = true, .about = {1, -1, 0}}},
+      {.kind = TW_EDIT_SCALE,
+       .selection = LIST(TW_EDIT_VERTICES, 1, 4, 6),
+       .scale = {.by = {2, -0.5, 3}, .has_about = true, .about = {3, 1, 2}}}};
+  for (uint32_t p = 0; p < 8; p++)
+    for (int i = 0; i < 3; i++) points[p][i] = cube_points[p][i] + d.morph[p][i];
+  posed.positions = points[0];
+  edited before = edit(&mesh, edits, 2), after = edit(&posed, edits, 2);
+  for (uint32_t p = 0; p < 8; p++)
+    for (int i = 0; i < 3; i++)
+      assert_near((double)(point_of(&before.mesh, p)[i] + before.mesh.morphs[0][3 * p + (uint32_t)i]),
+                  (double)point_of(&after.mesh, p)[i]);
+  assert_memory_equal(d.morph[5], before.mesh.morphs[0] + 15, 3 * sizeof(float));
+  edited_deinit(&before);
+  edited_deinit(&after);
+  const tw_edit far[1] = {{.kind = TW_EDIT_SCALE, .selection = all_vertices, .scale.by = {1e30, 1, 1}}};
+  for (uint32_t p = 0; p < 8; p++) points[p][0] = 0; /* the displacements alone go too far */
+  edit_refused(&posed, far, 1, TW_INVALID, "/0");
+}
+
 TEST(moved_points_have_no_normals_of_before) {
   tw_mesh mesh = cube();
   const float normal[3] = {0, 0, 1};

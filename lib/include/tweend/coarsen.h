@@ -25,6 +25,9 @@ typedef struct tw_coarsened {
   /* The cage is not unique: on a closed piece with valence 3 everywhere, an offset that alternates in sign
    * from point to point vanishes in one step. The cage is the one without such an offset. */
   bool is_ambiguous;
+  /* Faces of all steps whose children differ in material, groups, smoothing group, or in whether they are
+   * holes: they have what their first child has. */
+  uint32_t parted;
 } tw_coarsened;
 
 /* Finds the cage of which a checked mesh is a refinement, by options->scheme (not bilinear), with

@@ -79,9 +79,9 @@ typedef enum tw_smooth_method { TW_SMOOTH_TAUBIN, TW_SMOOTH_LAPLACIAN } tw_smoot
  * faces and points come after those that stay. A face that is cut leaves its first part in its place. */
 
 /* Moves the selected faces away from the others and adds walls in the gap. They move together, without walls
- * between neighbours, or each on its own. A vertex moves by `by`; or else along the mean normal of its moving
- * faces, so far that these faces move by `distance` (but at most 4 distances, where they meet in a point).
- * Made: the faces that moved; edges: their rim. */
+ * between neighbours, or each on its own. A vertex moves by `by`; or else so that its moving faces move by
+ * `distance`: exactly where they are of up to three planes, else in the mean, along the mean normal (but at
+ * most 4 distances, where they meet in a point). Made: the faces that moved; edges: their rim. */
 typedef struct tw_extrude_edit {
   bool is_individual, has_by;
   double distance, by[3];
