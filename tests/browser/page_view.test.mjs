@@ -380,6 +380,10 @@ visits('by keyboard alone', { hash: '#show=surface,cage,points,follow' }, async 
   await visit.reach('Level');
   await keyboard.press('ArrowLeft');
   await visit.level(1);
+  await visit.reach('Parts: ');
+  await keyboard.press(' ');
+  await visit.wait(() => document.querySelector('.outliner').open);
+  assert.ok(await visit.page.getByRole('button', { name: 'Play' }).isVisible(), 'the space bar opened the parts, and played nothing');
 
   // Which order keeps the node that comes nearest to lock away from it.
   await turnTo('Surface', 'Rotation');
