@@ -6,6 +6,7 @@ import { fail } from './notices.js';
 import { note, state, watch } from './state.js';
 
 const FPS = 60;
+const PATIENCE = 1000; // ms until a stream that was asked for is said not to come
 const POSES_SIZE = 32e6; // bytes of poses that are loaded at once; longer clips get fewer poses a second
 
 /** A node's transform where a player puts it, to be blended. */
@@ -47,7 +48,7 @@ export class Animation {
 
   /** Whether the stream that is followed comes; it waits and tries again while it does not. */
   get isConnected() {
-    return this.player?.connected ?? true;
+    return this.player?.connected ?? !this.isLate;
   }
 
   /** The part of the second clip. */
@@ -202,6 +203,11 @@ export class Animation {
     this.live = true;
     this.following?.abort();
     const { signal } = (this.following = new AbortController()); // aborting it closes the stream
+    this.isLate = false;
+    const timer = setTimeout(() => {
+      this.isLate = true;
+      this.onTime(this.time ?? 0);
+    }, PATIENCE);
     try {
       const stream = await withKey(() => tweend.live(this.model, (name) => this.#target(name),
         { ...optionsOf(this.clip), loop: state('loop'), speed: Number(state('speed')), fps: 30, signal }));
@@ -212,6 +218,8 @@ export class Animation {
       if (signal.aborted) return;
       this.unfollow();
       fail('The live stream cannot be followed', error);
+    } finally {
+      clearTimeout(timer);
     }
   }
 

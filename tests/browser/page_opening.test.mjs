@@ -452,6 +452,11 @@ test('a live stream that is down says so, and that it is back', async () => {
     await visit.wait(() => Number.parseFloat(document.querySelector('.clock').textContent) > 0); // frames come
     await own.stop();
     await visit.wait(() => document.querySelector('#timeline .chip').textContent === 'Live: no answer');
+    await live.click();
+    await visit.wait(() => document.querySelector('#timeline .chip').textContent === 'Live');
+    await live.click(); // asked for while there is no daemon
+    await visit.wait(() => document.querySelector('#timeline .chip').textContent === 'Live: no answer');
+    assert.equal(await live.getAttribute('aria-pressed'), 'true');
     await own.start();
     await visit.wait(() => document.querySelector('#timeline .chip').textContent === 'Live');
     visit.faults = visit.faults.filter((fault) => !/net::ERR|status of 503/.test(fault));
@@ -485,6 +490,13 @@ visits('edits, undo and deletes keep the focus and what is scrolled to', { ...UN
   assert.deepEqual(await place(), ['Redo', before[1]]);
   await visit.tab('Models');
   const names = () => page.locator('.model .name').allInnerTexts();
+  const rename = page.getByRole('button', { name: 'Rename octopus.obj' });
+  await rename.focus();
+  await page.keyboard.press('Enter');
+  await page.getByRole('dialog').getByLabel('Name').fill('Z, the last');
+  await page.keyboard.press('Enter');
+  await visit.wait(() => [...document.querySelectorAll('.model .name')].at(-1).textContent === 'Z, the last');
+  assert.equal(await visit.focused(), 'Rename Z, the last');
   const all = await names();
   await page.getByRole('button', { name: 'Delete cube.obj' }).click();
   await visit.wait((count) => document.querySelectorAll('.model').length === count, all.length - 1);
