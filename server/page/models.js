@@ -56,6 +56,7 @@ export class Models {
       if (!this.lineages.has(key)) return;
       this.lineages.readAgain();
       for (const id of this.lineages.forgotten) this.told.delete(id);
+      this.onRename();
       this.load();
     });
     watch((names) => {

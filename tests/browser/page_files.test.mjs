@@ -199,6 +199,7 @@ visits('tabs of one browser list the same, by the same names', UNDRAWN, async (v
   await entry(other, 'shared.obj').waitFor();
   await rename(visit, 'cube.obj', 'A cube');
   await entry(other, 'A cube').waitFor();
+  await shows(other, 'A cube');
   await rename(other, 'octopus.obj', 'An octopus');
   await entry(visit, 'An octopus').waitFor();
   await visit.page.reload();
