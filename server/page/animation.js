@@ -56,16 +56,31 @@ export class Animation {
     return this.other ? Number(state('weight')) : 0;
   }
 
+  /** Seconds that the first clip takes alone. */
+  get #first() {
+    return this.player?.duration || this.clip?.duration || 0;
+  }
+
   /** Seconds. Blended clips play in one phase, which rises by the weighted mean of theirs. */
   get duration() {
-    const first = this.player?.duration || this.clip?.duration || 0;
+    const first = this.#first;
     const second = this.other?.duration || first;
     return first > 0 ? 1 / ((1 - this.weight) / first + this.weight / second) : 0;
   }
 
   /** The seconds of the first clip for a second of the whole. */
   get #pace() {
-    return this.duration > 0 ? this.player.duration / this.duration : 1;
+    return this.duration > 0 ? this.#first / this.duration : 1;
+  }
+
+  /** The shown time as one of the first clip, seconds. */
+  get clipTime() {
+    return (this.time ?? 0) * (this.live ? 1 : this.#pace);
+  }
+
+  /** Goes to a time of the first clip. */
+  seekInClip(time) {
+    this.seek(time / this.#pace);
   }
 
   /** Seconds; while poses are loaded, where the clip will be then. */

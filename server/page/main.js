@@ -39,7 +39,7 @@ const viewport = new Viewport(byId('view'));
 if (!viewport.renderer) byId('stage').append(make('p', { className: 'unseen' }, 'This browser has no WebGL 2, by which the page draws. All else works.'));
 const animation = new Animation(viewport, (time) => {
   timeline.show(time);
-  rotation.tick(time);
+  rotation.tick();
   if (!animation.playing && !animation.live && state('tab') === 'scripts') scripts.show();
 });
 const timeline = new Timeline(animation);
