@@ -452,12 +452,16 @@ test('a live stream that is down says so, and that it is back', async () => {
     await visit.wait(() => Number.parseFloat(document.querySelector('.clock').textContent) > 0); // frames come
     await own.stop();
     await visit.wait(() => document.querySelector('#timeline .chip').textContent === 'Live: no answer');
-    await live.click();
-    await visit.wait(() => document.querySelector('#timeline .chip').textContent === 'Live');
-    await live.click(); // asked for while there is no daemon
-    await visit.wait(() => document.querySelector('#timeline .chip').textContent === 'Live: no answer');
-    assert.equal(await live.getAttribute('aria-pressed'), 'true');
     await own.start();
+    await visit.wait(() => document.querySelector('#timeline .chip').textContent === 'Live');
+    await live.click();
+    const release = await visit.hold('**/live?**');
+    const asked = visit.page.waitForRequest('**/live?**');
+    await live.click();
+    await asked;
+    await visit.wait(() => document.querySelector('#timeline .chip').textContent === 'Live: no answer'); // also before its first frame
+    assert.equal(await live.getAttribute('aria-pressed'), 'true');
+    release();
     await visit.wait(() => document.querySelector('#timeline .chip').textContent === 'Live');
     visit.faults = visit.faults.filter((fault) => !/net::ERR|status of 503/.test(fault));
     await visit.end();
