@@ -295,10 +295,25 @@ static found find_object(const char *name, api_bytes bytes) {
   return whole ? WHOLE_BEFORE : DAMAGED_BEFORE;
 }
 
+/* The lock for changing a model. Ids are hashes, so their first digits spread models evenly over the locks.
+ */
+static pthread_mutex_t *lock_of(srv_store_fs *store, const char *id) {
+  const char first[] = {id[0], id[1], '\0'};
+  return &store->changing[strtoul(first, NULL, 16) % LOCKS];
+}
+
 static char *summary_of(void *context, const char *id) {
-  const srv_store_fs *store = context;
+  srv_store_fs *store = context;
+  if (!srv_store_is_id(id)) return NULL;
   srv_path name = srv_store_object_path(store->root, id);
-  return srv_store_is_id(id) && access(name.text, F_OK) == 0 ? srv_store_read_summary(store->root, id) : NULL;
+  if (access(name.text, F_OK) != 0) return NULL;
+  char *text = srv_store_read_summary(store->root, id);
+  if (text) return text;
+  /* An object appears before its summary: one that is being stored gets it before the lock is free. */
+  pthread_mutex_lock(lock_of(store, id));
+  text = srv_store_read_summary(store->root, id);
+  pthread_mutex_unlock(lock_of(store, id));
+  return text;
 }
 
 /* Writes the summary if there is none: over a lost one, but not over one that another process has written
@@ -318,13 +333,6 @@ static void put_summary(const srv_store_fs *store, const char *id, const char *s
 static api_store_status room(void *context, uint64_t size) {
   const srv_store_fs *store = context;
   return srv_disk_has_room(store->root, store->min_free, size) ? API_STORE_OK : API_STORE_FULL;
-}
-
-/* The lock for changing a model. Ids are hashes, so their first digits spread models evenly over the locks.
- */
-static pthread_mutex_t *lock_of(srv_store_fs *store, const char *id) {
-  const char first[] = {id[0], id[1], '\0'};
-  return &store->changing[strtoul(first, NULL, 16) % LOCKS];
 }
 
 static api_store_status put_locked(srv_store_fs *store, const char *id, api_bytes bytes, const char *summary,

@@ -6,6 +6,7 @@ import { fail } from './notices.js';
 import { note, state, watch } from './state.js';
 
 const FPS = 60;
+const PATIENCE = 1000; // ms until a stream that was asked for is said not to come
 const POSES_SIZE = 32e6; // bytes of poses that are loaded at once; longer clips get fewer poses a second
 
 /** A node's transform where a player puts it, to be blended. */
@@ -47,7 +48,7 @@ export class Animation {
 
   /** Whether the stream that is followed comes; it waits and tries again while it does not. */
   get isConnected() {
-    return this.player?.connected ?? true;
+    return this.player?.connected ?? !this.isLate;
   }
 
   /** The part of the second clip. */
@@ -55,16 +56,31 @@ export class Animation {
     return this.other ? Number(state('weight')) : 0;
   }
 
+  /** Seconds that the first clip takes alone. */
+  get #first() {
+    return this.player?.duration || this.clip?.duration || 0;
+  }
+
   /** Seconds. Blended clips play in one phase, which rises by the weighted mean of theirs. */
   get duration() {
-    const first = this.player?.duration || this.clip?.duration || 0;
+    const first = this.#first;
     const second = this.other?.duration || first;
     return first > 0 ? 1 / ((1 - this.weight) / first + this.weight / second) : 0;
   }
 
   /** The seconds of the first clip for a second of the whole. */
   get #pace() {
-    return this.duration > 0 ? this.player.duration / this.duration : 1;
+    return this.duration > 0 ? this.#first / this.duration : 1;
+  }
+
+  /** The shown time as one of the first clip, seconds. */
+  get clipTime() {
+    return (this.time ?? 0) * (this.live ? 1 : this.#pace);
+  }
+
+  /** Goes to a time of the first clip. */
+  seekInClip(time) {
+    this.seek(time / this.#pace);
   }
 
   /** Seconds; while poses are loaded, where the clip will be then. */
@@ -202,6 +218,11 @@ export class Animation {
     this.live = true;
     this.following?.abort();
     const { signal } = (this.following = new AbortController()); // aborting it closes the stream
+    this.isLate = false;
+    const timer = setTimeout(() => {
+      this.isLate = true;
+      this.onTime(this.time ?? 0);
+    }, PATIENCE);
     try {
       const stream = await withKey(() => tweend.live(this.model, (name) => this.#target(name),
         { ...optionsOf(this.clip), loop: state('loop'), speed: Number(state('speed')), fps: 30, signal }));
@@ -212,6 +233,8 @@ export class Animation {
       if (signal.aborted) return;
       this.unfollow();
       fail('The live stream cannot be followed', error);
+    } finally {
+      clearTimeout(timer);
     }
   }
 

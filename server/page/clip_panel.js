@@ -39,7 +39,7 @@ export class ClipPanel {
     if (!clip) return render(nothing, this.content);
     const { report, retarget } = this.told ?? {};
     const sentence = ({ mark, text, time }) => html`<li class=${`mark ${mark}`}>${text} ${time === undefined ? nothing
-      : html`<button type="button" class="small" @click=${() => this.animation.seek(time)}>${seconds(time)}</button>`}</li>`;
+      : html`<button type="button" class="small" @click=${() => this.animation.seekInClip(time)}>${seconds(time)}</button>`}</li>`;
     const others = (this.clips ?? []).filter(({ value }) => value !== clip.value);
     return render(html`
       <h2>${titleOf(clip)}</h2>

@@ -65,7 +65,7 @@ export class EditPanel {
     viewport.canvas.addEventListener('keydown', (event) => this.key(event));
     watch((names) => {
       if (names.has('model')) this.close();
-      if (names.has('tab')) this.open(this.model);
+      if (names.has('tab') && this.model) this.open(this.model);
       if (names.has('quads') && !names.has('model') && state('from')) this.turnTo(this.mesh); // the faces have changed
       if (names.has('beside')) this.showSides();
     });
@@ -110,7 +110,7 @@ export class EditPanel {
 
   /** Changes the shape below the edits. */
   reshape(shape) {
-    return this.requests.run(async () => {
+    return this.ask(async () => {
       const meshes = this.document.meshes.map((mesh, i) => (i === this.mesh ? { ...mesh, shape } : mesh));
       const { model } = this;
       const made = await this.upload({ ...this.document, meshes }, model.name);
@@ -129,6 +129,7 @@ export class EditPanel {
     if (!this.requests.isRunning && !isStep()) this.selection.value = []; // the selection was of another model
     this.picker.close();
     this.model = null;
+    this.requests.hold(isStep());
     this.tools.show();
     this.cleaned.textContent = '';
     this.body.hidden = !isStep(); // a step keeps the focus and what is scrolled to
@@ -138,35 +139,45 @@ export class EditPanel {
 
   /** Shows the edits of a model, once it is loaded and the panel is visible. */
   open(model) {
-    return marked(this.#read(model));
+    return marked(this.#open(model));
   }
 
-  async #read(model) {
+  async #open(model) {
     this.model = model;
+    this.requests.hold(true);
+    const isRead = await this.#read(model);
+    if (this.model !== model) return;
+    this.requests.hold(false);
+    if (isRead) await this.openCage();
+  }
+
+  /** Resolves with whether there are edits to show. */
+  async #read(model) {
+    Object.assign(this, { document: null, kept: [], edits: [] });
     this.picker.isOn = Boolean(model) && state('tab') === 'edit';
     this.picker.clear();
     this.picker.hover();
     this.tools.show();
-    if (!this.picker.isOn) return;
+    if (!this.picker.isOn) return false;
     if (model.meshes.length === 0) {
       this.hint.textContent = 'This model has no surface.';
-      return;
+      return false;
     }
     const isText = model.format === 'tweend' && model.bytes < DOCUMENT_MOST;
     try {
       const document = isText ? JSON.parse(await (await download(tweend.sourceUrl(model))).blob.text()) : null;
       const kept = state('from') ? JSON.parse(state('edits') || '[]') : [];
-      if (this.model !== model || state('tab') !== 'edit') return;
+      if (this.model !== model || state('tab') !== 'edit') return false;
       Object.assign(this, { document, kept });
     } catch (error) {
       fail('The edits of the model cannot be shown', error, () => this.open(this.model));
-      return;
+      return false;
     }
     this.showSteps();
     this.showEdits();
     this.body.hidden = false;
     this.hint.hidden = true;
-    await this.openCage();
+    return true;
   }
 
   /** The index of the edited mesh. */
@@ -289,7 +300,7 @@ export class EditPanel {
     const { kind, value, isEmpty } = this.selection;
     if (form.of.length > 0 && isEmpty) return this.say(`Select ${wordsOf(kind).toLowerCase()} first.`);
     if (form.edit === 'loop_cut' && !Array.isArray(value)) return this.say('A loop cut is of one edge.');
-    return this.apply([...this.edits, editOf(form, parameters, kind, value)], form);
+    return this.add(editOf(form, parameters, kind, value), form);
   }
 
   deleteSelected() {
@@ -300,7 +311,7 @@ export class EditPanel {
   async applyByHand(edit) {
     const { kind, value } = this.selection;
     const whole = edit.edge ? edit : { edit: edit.edit, [kind]: value, ...edit };
-    const isDone = await this.apply([...this.edits, whole], EDITS.find((form) => form.edit === edit.edit));
+    const isDone = await this.add(whole, EDITS.find((form) => form.edit === edit.edit));
     if (!isDone) this.picker.show(this.object, null);
   }
 
@@ -308,7 +319,7 @@ export class EditPanel {
     try {
       const edits = JSON.parse(this.text.value);
       if (!Array.isArray(edits)) throw new Error('a list is expected');
-      return this.apply(edits);
+      return this.apply(() => edits);
     } catch (error) {
       return fail('The list is no JSON', error);
     }
@@ -337,26 +348,38 @@ export class EditPanel {
     return (await tweend.edit(this.source, [], { mesh: meshName(this.model, this.mesh), quads: state('quads'), name: stemOf(this.model) })).id;
   }
 
-  /** Makes a model by a list of edits and opens it. stays: keep the selection; shown: other changes of the state.
-   *  Resolves with the daemon's answer. */
-  async go(edits, { stays = false, ...shown } = {}) {
+  /** Makes a model by a list of edits and opens it. stays: keep the selection; isBack: the list is the one before; isBeside: show
+   *  the original beside it; shown: other changes of the state. Resolves with the daemon's answer. */
+  async go(edits, { stays = false, isBack = false, isBeside = false, ...shown } = {}) {
     const { model, mesh } = this;
     const isKept = !this.document && edits.length > 0;
     const name = `${stemOf(model)}, ${plural(edits.length, 'edit')}`;
     const whole = isKept || edits.length === 0 ? null : this.documentWith(edits);
-    const source = await this.split();
-    const made = edits.length === 0 ? { id: await this.original() }
+    const [source, original] = await Promise.all([this.split(), (isBeside || edits.length === 0) && this.original()]); // another model may be opened meanwhile
+    const made = edits.length === 0 ? { id: original }
       : isKept ? await tweend.edit(source, edits, { mesh: meshName(model, mesh), name })
         : await this.upload(whole, name);
     if (!stays && state('model') === model.id) this.selection.value = [];
-    this.steps.go(model, { model: made.id, from: isKept ? source : '', edits: isKept ? JSON.stringify(edits) : '',
-      quads: isKept ? 'auto' : state('quads'), beside: edits.length > 0 ? state('beside') : '', ...shown });
+    this.steps[isBack ? 'goBack' : 'go'](model, { model: made.id, from: isKept ? source : '', edits: isKept ? JSON.stringify(edits) : '',
+      quads: isKept ? 'auto' : state('quads'), beside: isBeside ? original : edits.length > 0 ? state('beside') : '', ...shown });
     this.models.load();
     return made;
   }
 
-  apply(edits, { stays } = {}) {
-    return this.requests.run(() => this.go(edits, { stays }));
+  /** Asks for something of the shown model, once its edits are there; for nothing where another model is shown by then. */
+  ask(request) {
+    const id = state('model');
+    return this.requests.run(async () => state('model') === id && this.model && request());
+  }
+
+  /** edit(edits): the next list of edits, of the one so far; options: those of go. */
+  apply(edit, options) {
+    return this.ask(() => this.go(edit(this.edits), options));
+  }
+
+  /** Adds an edit of a form. */
+  add(edit, { stays }) {
+    return this.apply((edits) => [...edits, edit], { stays });
   }
 
   /** Whether the list has an edit that can be taken back, though no step of this visit made it. */
@@ -365,7 +388,7 @@ export class EditPanel {
   }
 
   takeBack() {
-    return this.apply(this.edits.slice(0, -1));
+    return this.apply((edits) => edits.slice(0, -1), { isBack: true });
   }
 
   // ---- scans ----
@@ -391,16 +414,20 @@ export class EditPanel {
     if (chosen.some(({ values }) => !values)) return;
     const edits = chosen.map(({ form, values }) => ({ edit: form.edit, ...values, ...form.also }));
     if (edits.length === 0) return this.cleaned.replaceChildren('No step is chosen.');
-    return this.requests.run(async () => {
-      const beside = await this.original();
-      const { made = {} } = await this.go([...this.edits, ...edits], { level: 0, beside });
+    return this.ask(async () => {
+      const { id, made = {} } = await this.go([...this.edits, ...edits], { level: 0, isBeside: true });
+      if (state('model') !== id) return;
       const said = [made.spikes && `${plural(made.spikes.vertices.length, 'spike')} put back`, made.patches && `${plural(made.patches.faces.length, 'face')} in holes`];
       this.cleaned.textContent = said.filter(Boolean).join(', ');
     });
   }
 
   showBeside() {
-    return this.requests.run(async () => change({ beside: this.besides.checked ? await this.original() : '' }));
+    return this.ask(async () => {
+      const { model } = this;
+      const beside = this.besides.checked ? await this.original() : '';
+      if (this.model === model) change({ beside });
+    });
   }
 
   showSides() {

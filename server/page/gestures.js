@@ -98,15 +98,14 @@ export class Gesture {
   }
 
   get amount() {
-    const number = Number(this.typed);
-    if (this.typed !== '' && Number.isFinite(number)) return number;
+    if (this.typed !== '') return Number(this.typed); // NaN until it is a number
     if (!this.frame.start && !this.kind.isOfEdge) return this.name === 'scale' ? 1 : 0;
     return this.kind.amount({ ...this.frame, count: this.count }, this.axis);
   }
 
-  /** The edit so far, without its selection; null where it would change nothing. */
+  /** The edit so far, without its selection; null where it would change nothing, or what is typed is no number yet. */
   get edit() {
-    return this.kind.edit(this.amount, this.axis, this.frame);
+    return this.typed !== '' && Number.isNaN(this.amount) ? null : this.kind.edit(this.amount, this.axis, this.frame);
   }
 
   get words() {

@@ -21,6 +21,7 @@ export class Lineages {
   readAgain() {
     this.works = this.#read('works', []); // [{name, versions: [{id, at}]}], at: Unix milliseconds
     this.pictures = this.#read('pictures', {}); // by model: a data URL
+    this.forgotten = this.#read('forgotten', []); // ids, the last time
   }
 
   /** Whether a key of the storage is of these. */
@@ -63,7 +64,7 @@ export class Lineages {
   }
 
   rename(id, name) {
-    if (!this.of(id)) this.add(id, undefined, undefined);
+    if (!this.of(id)) this.add(id, undefined, null);
     this.of(id).name = name || undefined;
     this.#keep();
   }

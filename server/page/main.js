@@ -39,7 +39,7 @@ const viewport = new Viewport(byId('view'));
 if (!viewport.renderer) byId('stage').append(make('p', { className: 'unseen' }, 'This browser has no WebGL 2, by which the page draws. All else works.'));
 const animation = new Animation(viewport, (time) => {
   timeline.show(time);
-  rotation.tick(time);
+  rotation.tick();
   if (!animation.playing && !animation.live && state('tab') === 'scripts') scripts.show();
 });
 const timeline = new Timeline(animation);
@@ -107,7 +107,7 @@ viewport.onCarrier = () => framed && frame();
 // ---- what is shown ----
 
 /** Resolves when what a hand has made is stored: the models that are made of the shown one are its next steps then. */
-const handsSettled = () => marked(Promise.all([sculpt.settled(), edit.requests.settled]));
+const handsSettled = () => marked(Promise.all([sculpt.settled(), edit.requests.settled.then(() => edit.requests.ready)]));
 
 /** Takes back the last step, or does it again, of this visit; where there is none, the last edit of the list. */
 async function goThroughSteps(isBack) {
@@ -160,6 +160,7 @@ function clear() {
   rotation.open();
   clipPanel.open([]);
   outliner.open(null);
+  edit.close();
   sculpt.leave();
   surface.open(null);
   scripts.open(null);
@@ -424,7 +425,7 @@ addEventListener('keydown', (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest('input, select, textarea, dialog, [role=menu]')) return;
   if (event.key === 'f' || event.key === 'F') frameAnew();
   else if (event.key === '?') showKeys();
-  else if (event.key === ' ' && !event.target.closest('button, a, [role=tab]')) timeline.toggle();
+  else if (event.key === ' ' && !event.target.closest('button, a, summary, [role=tab]')) timeline.toggle();
   else return;
   event.preventDefault();
 });

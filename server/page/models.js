@@ -10,6 +10,7 @@ import { openOther, state, watch } from './state.js';
 import { Uploads } from './uploads.js';
 
 const PAGE = 100;
+const LISTED_MOST = 1000; // in an answer of the daemon
 const UNDO_MS = 10000;
 const SEARCH_FROM = 8; // entries from which on a field to search in them is shown
 
@@ -30,11 +31,14 @@ export class Models {
   constructor(panel) {
     this.lineages = new Lineages(tweend.base);
     this.listed = [];
+    this.wanted = PAGE; // models that are listed, at most
+    this.told = new Map(); // by id: descriptions of models that were stored or opened here, which stand in the list in any case
     this.known = new Promise((resolve) => (this.onKnown = resolve)); // until the models could be listed once
     this.onRename = () => {}; // called when a model has another name in the list
     this.onDrop = async () => false; // whether a stored model goes onto the shown one, in place of being opened
     this.uploads = new Uploads(async (model, isFirst) => {
       this.lineages.add(model.id);
+      this.told.set(model.id, model);
       await this.load();
       if (!(await this.onDrop(model)) && isFirst) openOther(model.id);
     });
@@ -42,7 +46,7 @@ export class Models {
     this.search = make('input', { type: 'search', placeholder: 'Search', 'aria-label': 'Search models', hidden: true, oninput: () => this.show() });
     this.list = make('ul', { className: 'models' });
     this.gone = make('div', { className: 'gone', role: 'status' });
-    this.more = make('button', { className: 'quiet wide', hidden: true, onclick: () => this.load(true) }, 'More');
+    this.more = make('button', { className: 'quiet wide', hidden: true, onclick: () => this.load(this.wanted + PAGE) }, 'More');
     panel.append(
       make('div', { className: 'row' }, make('h2', {}, 'Models'), make('span', { className: 'space' }), this.uploads.button, this.uploads.input),
       make('p', { className: 'dim' }, 'Drop files or a folder anywhere: GLB, glTF with its files, OBJ, STL, PLY, BVH, VRM, tweend JSON.'),
@@ -51,6 +55,8 @@ export class Models {
     addEventListener('storage', ({ key }) => { // another tab has stored, renamed, deleted or drawn a model
       if (!this.lineages.has(key)) return;
       this.lineages.readAgain();
+      for (const id of this.lineages.forgotten) this.told.delete(id);
+      this.onRename();
       this.load();
     });
     watch((names) => {
@@ -60,25 +66,25 @@ export class Models {
     });
   }
 
-  async load(more = false) {
+  /** Lists so many of the daemon's models. */
+  async load(wanted = this.wanted) {
+    this.wanted = wanted;
+    const asked = (this.asked = {}); // an older answer may come after a newer one
     try {
       const models = await withKey(async () => {
         const found = [];
-        const listed = tweend.list({ limit: PAGE, after: more ? this.last : undefined });
-        for await (const model of listed) {
-          found.push(model);
-          if (found.length === PAGE) break;
-        }
+        for await (const model of tweend.list({ limit: Math.min(wanted, LISTED_MOST) })) if (found.push(model) === wanted) break;
         return found;
       });
-      this.last = models.at(-1)?.id; // the daemon lists in the order of ids
-      this.listed = more ? [...this.listed, ...models] : models;
-      this.more.hidden = models.length < PAGE;
+      if (asked !== this.asked) return;
+      this.more.hidden = models.length < wanted;
+      const told = this.more.hidden ? [] : [...this.told.values()]; // the daemon lists in the order of ids
+      this.listed = [...new Map([...told, ...models].map((model) => [model.id, model])).values()];
       this.show();
       byId('empty').hidden = this.listed.length > 0 || state('model') !== '';
       this.onKnown();
     } catch (error) {
-      fail('The models cannot be listed', error, () => this.load(more));
+      if (asked === this.asked) fail('The models cannot be listed', error, () => this.load());
     }
   }
 
@@ -91,7 +97,9 @@ export class Models {
     const { works } = this;
     const wanted = this.search.value.trim().toLowerCase();
     this.search.hidden = works.length < SEARCH_FROM && !wanted;
+    const focused = this.list.contains(document.activeElement) && document.activeElement;
     render(repeat(works.filter(({ name }) => name.toLowerCase().includes(wanted)), ({ versions }) => versions[0].id, (work) => this.#entry(work)), this.list);
+    if (focused && focused !== document.activeElement) focused.focus({ preventScroll: true }); // its entry has another place
     if (state('model') !== this.scrolledTo) this.#scrollToShown();
     this.scrolledTo = state('model');
   }
@@ -181,21 +189,26 @@ export class Models {
     this.listed = this.listed.filter(({ id }) => !ids.includes(id));
     if (this.gone.contains(document.activeElement)) this.#focusEntry(0);
     this.gone.replaceChildren();
-    const forgotten = Promise.all(ids.map((id) => this.#delete(id, name))); // all at once: none would be sent once the page is left
-    if (!isLeaving) await forgotten;
-    this.lineages.forget(ids);
+    const deleted = Promise.all(ids.map((id) => this.#delete(id, name))); // all at once: none would be sent once the page is left
+    this.lineages.forget(isLeaving ? ids : (await deleted).filter(Boolean));
+    if (!isLeaving) this.load(); // what could not be deleted is there still
   }
 
+  /** Resolves with the id of a model that is gone, null where it stays. */
   async #delete(id, name) {
     try {
       await withKey(() => tweend.remove(id, { keepalive: true }));
     } catch (error) {
-      if (error.status !== 404) fail(`${name} cannot be deleted`, error); // a version may have gone before
+      if (error.status !== 404) return fail(`${name} cannot be deleted`, error) ?? null; // a version may have gone before
     }
+    this.told.delete(id);
+    return id;
   }
 
   /** Shows the warnings of the shown model: more than two behind their number. */
-  tell({ warnings }) {
+  tell(model) {
+    const { warnings } = model;
+    this.told.set(model.id, model);
     const lines = warnings.map((warning) => html`<p class="warning">${warning}</p>`);
     render(lines.length > 2 ? html`<details><summary class="warning">${lines.length} warnings</summary>${lines}</details>` : lines, this.warnings);
   }

@@ -71,6 +71,16 @@ watch((names) => {
 export class OneAtATime {
   isRunning = false;
   settled = Promise.resolve(); // when the one that runs has ended
+  ready = Promise.resolve(); // when what requests depend on besides is there
+  #release = null; // resolves it
+
+  /** Says whether what requests depend on is still to come: they wait for it. */
+  hold(isHeld) {
+    if (isHeld && !this.#release) this.ready = new Promise((resolve) => (this.#release = resolve));
+    if (isHeld) return;
+    this.#release?.();
+    this.#release = null;
+  }
 
   /** Resolves with whether the request succeeded. Refuses while another runs, and says so; shows a failure, which may be tried
    *  again. */
@@ -85,6 +95,7 @@ export class OneAtATime {
     this.isRunning = true;
     const task = busy('Editing');
     try {
+      await this.ready;
       await withKey(request);
       return true;
     } catch (error) {

@@ -43,7 +43,7 @@ export class RotationPanel {
     this.ghosts = new Ghosts(viewport);
     this.charts = [];
     this.trail = null;
-    viewport.onFrame.push(() => this.ghosts.pose(animation.time ?? 0, animation.duration));
+    viewport.onFrame.push(() => this.ghosts.pose(animation.clipTime, this.#duration));
     watch((names) => {
       if (names.has('node') || names.has('order') || names.has('theme')) this.open();
       else if (names.has('ghosts')) this.makeGhosts();
@@ -51,6 +51,11 @@ export class RotationPanel {
       if (names.has('show')) this.showTrail();
     });
     viewport.onClick((event) => state('tab') === 'animation' && this.choose(event));
+  }
+
+  /** Seconds of the clip whose rotations are shown; in a blend it may play faster or slower. */
+  get #duration() {
+    return this.animation.clip?.duration ?? this.animation.duration;
   }
 
   /** Chooses the node that is at a place of the picture. */
@@ -100,7 +105,7 @@ export class RotationPanel {
       this.show(track, Chart);
       this.makeGhosts();
       this.showTrail();
-      this.tick(this.animation.time ?? 0);
+      this.tick();
     } catch (error) {
       if (!signal.aborted) fail('The rotation cannot be shown', error);
     } finally {
@@ -114,7 +119,7 @@ export class RotationPanel {
 
   async ask(model, clip, track, signal) {
     const order = state('order');
-    const { duration } = this.animation;
+    const duration = this.#duration;
     const span = duration > 0 ? { from: 0, to: duration, fps: (SAMPLES - 1) / duration } : { at: 0 };
     const common = { ...optionsOf(clip), nodes: [track.node] };
     const euler = { as: 'euler', order, unit: 'degrees' };
@@ -148,7 +153,7 @@ export class RotationPanel {
     const high = 1.1 * Math.max(LEAST_HIGH, ...eulers.flat().map((angle) => Math.abs(angle)));
     const most = Math.max(...apart);
     const chart = (options, columns) => {
-      const made = new Chart({ ...options, onSeek: (time) => this.animation.seek(time) });
+      const made = new Chart({ ...options, onSeek: (time) => this.animation.seekInClip(time) });
       made.set(samples, columns);
       this.charts.push(made);
       return [made.box, made.legend];
@@ -210,10 +215,11 @@ export class RotationPanel {
   }
 
   /** Moves the marks to the present time, and shows the values there. */
-  tick(time) {
+  tick() {
     if (!this.data || state('tab') !== 'animation') return;
     const { distance } = this.data;
-    const part = this.animation.duration > 0 ? time / this.animation.duration : 0;
+    const time = this.animation.clipTime;
+    const part = this.#duration > 0 ? time / this.#duration : 0;
     const i = Math.min(Math.round(part * (distance.length - 1)), distance.length - 1);
     for (const chart of this.charts) chart.tick(time);
     for (const end of ['x1', 'x2']) this.band.now.setAttribute(end, part * BAND);
@@ -238,7 +244,8 @@ export class RotationPanel {
     const { data } = this;
     if (!shows('trail')) return undefined;
     if (!data) return this.controller && !this.controller.signal.aborted ? undefined : this.open();
-    const { model, clip, duration } = this.animation;
+    const { model, clip } = this.animation;
+    const duration = this.#duration;
     const span = duration > 0 ? { from: 0, to: duration, fps: (SAMPLES - 1) / duration } : { at: 0 };
     try {
       const table = await withKey(() => tweend.poseTable(model, { ...optionsOf(clip), nodes: [data.node], space: 'world', as: 'matrix', ...span }, { signal: this.controller.signal }));

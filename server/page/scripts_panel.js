@@ -74,7 +74,7 @@ export class ScriptsPanel {
     ];
     const { clip } = this.animation;
     if (clip) {
-      const pose = { ...optionsOf(clip), at: Math.round((this.animation.time ?? 0) * 1000) / 1000 };
+      const pose = { ...optionsOf(clip), at: Math.round(this.animation.clipTime * 1000) / 1000 };
       const all = { ...optionsOf(clip), from: 0, to: clip.duration ?? this.animation.duration, fps: 60 };
       const live = { ...optionsOf(clip), loop: state('loop'), speed: Number(state('speed')), fps: 30 };
       list.push(
@@ -99,6 +99,7 @@ export class ScriptsPanel {
       <h3>Requests</h3>
       <div class="row" role="group" aria-label="Language">${LANGUAGES.map((name) => html`<button type="button" class="chip"
         aria-pressed=${name === language} @click=${() => change({ language: name })}>${name}</button>`)}</div>
+      ${state('blend') ? html`<p class="dim">Of a blend its first clip is asked for. It has requests of its own when it is kept as a model, by the tab Rotation.</p>` : nothing}
       ${this.requests().map(request)}
       <h3>On a web page</h3>${codeLine('HTML', this.snippet)}`, this.content);
   }

@@ -188,7 +188,10 @@ export class SculptPanel {
       geometries.forEach(boxesOf);
       return loaded.get(mesh);
     };
-    if (!meshes.has(mesh)) meshes.set(mesh, marked(load()));
+    if (!meshes.has(mesh)) meshes.set(mesh, marked(load()).catch((error) => {
+      meshes.delete(mesh); // they are asked for again by the next stroke
+      throw error;
+    }));
     return meshes.get(mesh);
   }
 
@@ -499,8 +502,8 @@ export class SculptPanel {
     await this.picking; // a number that was just typed, while its points are still coming
     if (!this.picked) return this.say('Pick a point first.');
     const { index } = this.picked;
-    const mesh = await this.meshOf(this.bearers[index]);
-    if (this.picked?.index !== index) return undefined;
+    const mesh = await this.meshOf(this.bearers[index]).catch((error) => fail('The points cannot be loaded', error, () => this.moveBy(vector)));
+    if (!mesh || this.picked?.index !== index) return undefined;
     this.#begin(mesh);
     this.#move(vector());
     return this.#finish();

@@ -20,6 +20,7 @@ export class Steps {
     watch((names) => {
       if (!names.has('model') || isStep()) return;
       [this.#past, this.#future] = [[], []]; // another lineage
+      this.#readKept();
       this.onChange();
     });
   }
@@ -28,7 +29,7 @@ export class Steps {
   #readKept() {
     try {
       const { past, now, future } = JSON.parse(ofTab.getItem(KEPT)) ?? {};
-      if (JSON.stringify(now) === JSON.stringify(this.#now())) [this.#past, this.#future] = [past, future];
+      if (now.model === state('model')) [this.#past, this.#future] = [past, future];
     } catch {
       // another version of the page wrote something else
     }
@@ -65,6 +66,16 @@ export class Steps {
     if (isAside) return this.onAside(model, from);
     this.#future = [];
     return this.#show(now);
+  }
+
+  /** Likewise, to what a step before those of this visit was made from: it can be done again. */
+  goBack(model, before) {
+    const [now, future] = [this.#now(), this.#future];
+    this.go(model, before);
+    if (now.model !== model.id) return;
+    [this.#past, this.#future] = [[], [...future, now]];
+    this.#keep();
+    this.onChange();
   }
 
   undo() {

@@ -54,8 +54,9 @@ export class Timeline {
   }
 
   async follow() {
-    if (this.animation.live) this.animation.unfollow();
-    else await this.animation.follow();
+    const following = this.animation.live ? this.animation.unfollow() : this.animation.follow();
+    this.show();
+    await following;
     this.show();
   }
 

@@ -2,7 +2,7 @@
 import { tweend, withKey } from './client.js';
 import { byId, bytes, make } from './dom.js';
 import { explain, mayPass } from './notices.js';
-import { change } from './state.js';
+import { change, state } from './state.js';
 
 const ASIDES = /\.(mtl|png|jpe?g|webp|tga|bmp|tiff?)$/i; // files that an OBJ refers to
 const GLTF = /\.(glb|gltf|vrma?)$/i;
@@ -25,6 +25,9 @@ async function filesIn({ items }) {
   const found = [...items].filter(({ kind }) => kind === 'file').map((item) => item.webkitGetAsEntry() ?? item.getAsFile()); // all at once: the items last as long as the event
   return (await Promise.all(found.map((one) => (one instanceof File ? [one] : filesOf(one))))).flat();
 }
+
+/** Shows the panel where it is hidden: something stands there that a person waits for. */
+const showPanel = () => state('panel') === '0' && change({ panel: '' });
 
 export class Uploads {
   /** onStored(model, isFirst) is awaited for each model that was stored; isFirst: of those that were given with it. */
@@ -100,10 +103,12 @@ export class Uploads {
     const row = make('div', { className: 'upload' }, make('span', { className: 'name' }, name), said, cancel, bar);
     this.progress.append(row);
     const onProgress = (loaded, total) => {
+      if (loaded < total) showPanel();
       bar.value = total ? loaded / total : 0;
       said.textContent = loaded < total ? `${bytes(loaded)} of ${bytes(total)}` : 'reading';
     };
     const onWait = (wait, { detail = 'the daemon is busy' }) => {
+      showPanel();
       bar.value = 0;
       said.textContent = `${detail}, sent again in ${Math.ceil(wait)} s`;
     };
@@ -130,6 +135,7 @@ export class Uploads {
     const note = make('div', { className: 'problem', role: 'alert' }, make('h3', {}, title), ...content.filter(Boolean));
     note.prepend(make('button', { className: 'close', 'aria-label': 'Close', onclick: () => note.remove() }, '×'));
     this.progress.append(note);
+    showPanel();
     return note;
   }
 }

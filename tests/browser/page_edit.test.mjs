@@ -195,6 +195,87 @@ visits('the list of edits is changed as text, and taken back', { ...UNDRAWN, has
   assert.equal(await modeller.id, plain);
 });
 
+visits('edits that an address has are taken back one by one, and done again, however fast', { ...UNDRAWN, hash }, async (visit) => {
+  await visit.level(2);
+  const modeller = new Modeller(visit);
+  const { page } = modeller;
+  await modeller.drop('listed.obj', `# listed\n${PYRAMID}`);
+  const list = [1, 2, 3].map((face) => ({ edit: 'extrude', faces: [face], distance: 0.25 }));
+  await page.getByRole('textbox', { name: 'Edits' }).fill(JSON.stringify(list));
+  await modeller.press('Apply');
+  const address = await visit.address();
+  await page.evaluate(() => sessionStorage.clear()); // as in another tab
+  await page.goto('about:blank');
+  await page.goto(address);
+  await modeller.ready();
+  const keys = async (key, times, left) => {
+    for (let i = 0; i < times; i++) await page.keyboard.press(key);
+    await visit.wait((count) => JSON.parse(document.querySelector('[aria-label=Edits]').value).length === count, left);
+    await visit.drawn();
+    assert.equal(JSON.parse(new URLSearchParams(new URL(await visit.address()).hash.slice(1)).get('edits') ?? '[]').length, left);
+  };
+  await keys('Control+z', 1, 2);
+  await keys('Control+z', 2, 0);
+  await keys('Control+Shift+z', 2, 2);
+  await keys('Control+z', 1, 1);
+});
+
+visits('an edit that follows before the last one is shown is added to it', { ...UNDRAWN, hash }, async (visit) => {
+  await visit.level(2);
+  const modeller = new Modeller(visit);
+  const { page } = modeller;
+  await modeller.box('2, 2, 2');
+  await page.getByLabel('Selection').fill('"all"');
+  await page.keyboard.press('Enter');
+  const asked = page.waitForRequest('**/source');
+  const release = await visit.hold('**/source');
+  const before = await modeller.id;
+  await page.getByRole('button', { name: 'Move', exact: true }).click();
+  await asked;
+  const moved = await modeller.id;
+  assert.notEqual(moved, before);
+  await page.getByRole('button', { name: 'Scale', exact: true }).click();
+  release();
+  await visit.wait((id) => new URLSearchParams(location.hash.slice(1)).get('model') !== id, moved);
+  await visit.drawn();
+  assert.deepEqual((await modeller.edits).map(({ edit }) => edit), ['move', 'scale']);
+  assert.equal(await page.locator('.notice').count(), 0);
+  await page.locator('#view').press('Control+z');
+  await visit.wait((id) => new URLSearchParams(location.hash.slice(1)).get('model') === id, moved);
+});
+
+visits('steps are there again beside the original, after the page was loaded anew, and after Back', { ...UNDRAWN, hash }, async (visit) => {
+  await visit.level(2);
+  const modeller = new Modeller(visit);
+  const { page } = modeller;
+  await modeller.drop('stepped.obj', `# stepped\n${PYRAMID}`);
+  const first = await modeller.id;
+  await page.getByLabel('Selection').fill('[1]');
+  await page.keyboard.press('Enter');
+  await modeller.press('Extrude');
+  const second = await modeller.id;
+  await modeller.press('Inset');
+  await page.locator('#view').press('Control+z');
+  await visit.wait((id) => location.hash.includes(`model=${id}`), second);
+  await visit.drawn();
+  await page.getByLabel('Beside the original').check();
+  await visit.drawn();
+  await page.reload();
+  await visit.level(2);
+  const [undo, redo] = ['Undo', 'Redo'].map((name) => page.getByRole('button', { name, exact: true }));
+  assert.ok((await undo.isEnabled()) && (await redo.isEnabled()));
+  await visit.tab('Models');
+  await page.locator('.model', { hasText: 'cube.obj' }).click();
+  await visit.wait(() => document.getElementById('subject').textContent === 'cube.obj');
+  assert.ok(await undo.isHidden());
+  await page.goBack();
+  await visit.wait((id) => location.hash.includes(`model=${id}`), second);
+  await visit.level(2);
+  assert.ok((await undo.isEnabled()) && (await redo.isEnabled()));
+  await undo.click();
+  await visit.wait((id) => location.hash.includes(`model=${id}`), first);
+});
+
 visits('edits are made by keyboard alone', { ...UNDRAWN, hash }, async (visit) => {
   await visit.level(2);
   const modeller = new Modeller(visit);

@@ -1,7 +1,10 @@
 // The page at /: files as exporters write them, and a list of models that is tidied up.
 import assert from 'node:assert/strict';
+import { createHash } from 'node:crypto';
+import { test } from 'node:test';
 
 import { biped } from '../node/biped.mjs';
+import { Daemon } from '../node/daemon.mjs';
 import { mocap } from '../node/mocap.mjs';
 import { ALL_PIXELS, covered, difference, drop, open, PYRAMID, UNDRAWN, Visit } from './page_driver.mjs';
 
@@ -196,6 +199,7 @@ visits('tabs of one browser list the same, by the same names', UNDRAWN, async (v
   await entry(other, 'shared.obj').waitFor();
   await rename(visit, 'cube.obj', 'A cube');
   await entry(other, 'A cube').waitFor();
+  await shows(other, 'A cube');
   await rename(other, 'octopus.obj', 'An octopus');
   await entry(visit, 'An octopus').waitFor();
   await visit.page.reload();
@@ -204,6 +208,66 @@ visits('tabs of one browser list the same, by the same names', UNDRAWN, async (v
   await entry(other, 'shared.obj').waitFor({ state: 'detached' }); // when the time to undo is over
   await visit.page.getByRole('button', { name: 'Delete unopened.obj' }).click();
   await entry(other, 'unopened.obj').waitFor({ state: 'detached' }); // no tab has opened or named it
+});
+
+visits('a model that cannot be deleted stays in the list, with its name and its versions', UNDRAWN, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  await drop(visit, { 'kept.obj': `# kept\n${PYRAMID}` });
+  await shows(visit, 'kept.obj');
+  await visit.tab('Edit');
+  await visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
+  await page.getByLabel('Selection').fill('[1]');
+  await page.keyboard.press('Enter');
+  await page.getByRole('button', { name: 'Inset', exact: true }).click();
+  await shows(visit, 'kept.obj, 1 edit');
+  await visit.tab('Models');
+  const names = () => page.locator('.model .name').allInnerTexts();
+  const all = await names();
+  await page.route('**/v1/models/*', (route) => (route.request().method() === 'DELETE' ? route.abort('connectionrefused') : route.fallback()));
+  await page.getByRole('button', { name: 'Delete kept.obj' }).click();
+  await page.getByRole('button', { name: 'Delete octopus.obj' }).click(); // which ends the time to undo the other
+  await page.locator('.notice', { hasText: 'kept.obj cannot be deleted' }).first().waitFor();
+  await page.locator('.model', { hasText: 'kept.obj' }).waitFor();
+  await page.locator('.gone').getByRole('button', { name: 'Undo' }).click();
+  assert.deepEqual((await names()).sort(), all.sort());
+  await page.reload();
+  await page.locator('.versions', { hasText: '2 versions' }).waitFor();
+  assert.deepEqual((await names()).sort(), all.sort());
+  visit.faults = visit.faults.filter((fault) => !fault.includes('ERR_CONNECTION_REFUSED'));
+});
+
+test('of more than a hundred models More lists the next, and what is dropped is listed in any case', async () => {
+  const own = new Daemon(['--sample']);
+  await own.start();
+  const visit = await Visit.begin(site.browser, `${own.url}/`, UNDRAWN);
+  const { page } = visit;
+  try {
+    for (let i = 0; i < 120; i++) await own.upload(`# ${i}\n${PYRAMID}`);
+    await page.reload();
+    const lists = (count) => visit.wait((wanted) => document.querySelectorAll('.model').length === wanted, count);
+    await lists(100);
+    const { models } = await (await fetch(`${own.url}/v1/models?limit=1000`)).json();
+    const files = Array.from({ length: 12 }, (_, i) => [`dropped ${i}.obj`, `# dropped ${i}\n${PYRAMID}`]);
+    const late = files.filter(([, text]) => createHash('sha256').update(text).digest('hex') > models[99].id); // in the list of the daemon after the first 100
+    assert.ok(late.length > 0);
+    await drop(visit, Object.fromEntries(late.slice(0, 1)));
+    await shows(visit, late[0][0]);
+    await page.locator('.model[aria-current]', { hasText: late[0][0] }).waitFor();
+    await page.evaluate(() => {
+      const more = [...document.querySelectorAll('button')].find(({ textContent }) => textContent === 'More');
+      more.click();
+      more.click();
+    });
+    await lists(models.length + 1);
+    assert.ok(await page.getByRole('button', { name: 'More' }).isHidden());
+    await drop(visit, { 'last.obj': `# last\n${PYRAMID}` });
+    await shows(visit, 'last.obj');
+    await lists(models.length + 2); // no fewer than before
+    await visit.end();
+  } finally {
+    await own.remove();
+  }
 });
 
 visits('all versions of a deleted model go when the page is left', { ...UNDRAWN, isAlone: true }, async (visit) => {

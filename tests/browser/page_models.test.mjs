@@ -152,6 +152,16 @@ visits('a refused file is explained at its place', { ...UNDRAWN, refused: [422] 
   await visit.picture('notice');
 });
 
+visits('a hidden panel stays so for a file that opens, and is shown for one that is refused', { ...UNDRAWN, refused: [422], isAlone: true, hash: '#panel=0' }, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  await drop(visit, { 'fit.obj': `# fit\n${PYRAMID}` });
+  await visit.wait(() => document.getElementById('subject').textContent === 'fit.obj');
+  assert.ok(await page.getByRole('tab', { name: 'Models' }).isHidden());
+  await drop(visit, { 'bad.obj': 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n' });
+  await page.getByText('bad.obj was refused').waitFor();
+});
+
 visits('a long download is announced and can be declined', { ...UNDRAWN, hash: '#tab=surface' }, async (visit) => {
   await visit.level(2);
   await visit.page.getByRole('button', { name: 'Show level 7' }).click();

@@ -377,6 +377,31 @@ visits('curves have axes, seek at a click, and the picture chooses the node', { 
   await visit.picture('curves');
 });
 
+visits('while a blend plays, curves, scripts and seeking are of the first clip, at its own time', { ...UNDRAWN, first: 'cube.obj' }, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  const turn = (name, seconds, y) => ({ name, tracks: [{ node: 'arm', path: 'rotation', interpolation: 'euler', unit: 'degrees', times: [0, seconds], eulers: [[0, 0, 0], [0, y, 0]] }] });
+  await drop(visit, { 'paces.json': JSON.stringify({ meshes: [{ name: 'box', shape: { kind: 'box' } }], nodes: [{ name: 'arm', mesh: 'box' }], clips: [turn('slow', 4, 80), turn('fast', 1, 40)] }) });
+  await visit.wait(() => document.getElementById('subject').textContent === 'paces.json');
+  await visit.drawn();
+  await page.evaluate(() => (location.hash += '&clip=slow&blend=fast&weight=0.5&t=0.8')); // of 1 / (0.5 / 4 + 0.5 / 1) s
+  await visit.tab('Rotation');
+  await visit.wait(() => document.querySelectorAll('.chart .u-over').length === 3 && document.querySelector('.clock').textContent === '0.80 / 1.60 s');
+  await visit.drawn();
+  const y = () => page.locator('.keys .c1 output').first().innerText().then(parseFloat);
+  assert.ok(Math.abs((await y()) - 40) < 0.5, `${await y()}° in the middle of the slow clip`);
+  const chart = page.locator('.chart .u-over').first();
+  await chart.scrollIntoViewIfNeeded();
+  const { width } = await chart.boundingBox();
+  await chart.click({ position: { x: width / 4, y: 20 } });
+  await visit.wait(() => Math.abs(parseFloat(document.querySelector('.clock').textContent) - 0.4) < 0.02);
+  await visit.seek(0.8);
+  await visit.tab('Scripts');
+  await page.getByText('Of a blend its first clip is asked for').waitFor();
+  const curl = await page.getByLabel('This pose', { exact: true }).innerText();
+  assert.match(curl, /[?&]at=2(&|'|$)/);
+});
+
 visits('camera and floor follow the node that a clip moves a model by, below a root that stays', { first: 'cube.obj', hash: '#show=surface,floor,follow' }, async (visit) => {
   await visit.level(2);
   await drop(visit, { 'runner.json': JSON.stringify({

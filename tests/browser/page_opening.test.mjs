@@ -454,6 +454,15 @@ test('a live stream that is down says so, and that it is back', async () => {
     await visit.wait(() => document.querySelector('#timeline .chip').textContent === 'Live: no answer');
     await own.start();
     await visit.wait(() => document.querySelector('#timeline .chip').textContent === 'Live');
+    await live.click();
+    const release = await visit.hold('**/live?**');
+    const asked = visit.page.waitForRequest('**/live?**');
+    await live.click();
+    await asked;
+    await visit.wait(() => document.querySelector('#timeline .chip').textContent === 'Live: no answer'); // also before its first frame
+    assert.equal(await live.getAttribute('aria-pressed'), 'true');
+    release();
+    await visit.wait(() => document.querySelector('#timeline .chip').textContent === 'Live');
     visit.faults = visit.faults.filter((fault) => !/net::ERR|status of 503/.test(fault));
     await visit.end();
   } finally {
@@ -485,6 +494,13 @@ visits('edits, undo and deletes keep the focus and what is scrolled to', { ...UN
   assert.deepEqual(await place(), ['Redo', before[1]]);
   await visit.tab('Models');
   const names = () => page.locator('.model .name').allInnerTexts();
+  const rename = page.getByRole('button', { name: 'Rename octopus.obj' });
+  await rename.focus();
+  await page.keyboard.press('Enter');
+  await page.getByRole('dialog').getByLabel('Name').fill('Z, the last');
+  await page.keyboard.press('Enter');
+  await visit.wait(() => [...document.querySelectorAll('.model .name')].at(-1).textContent === 'Z, the last');
+  assert.equal(await visit.focused(), 'Rename Z, the last');
   const all = await names();
   await page.getByRole('button', { name: 'Delete cube.obj' }).click();
   await visit.wait((count) => document.querySelectorAll('.model').length === count, all.length - 1);

@@ -36,6 +36,11 @@ test('the hand’s way is an amount', () => {
   assert.equal(made('extrude', [300, 300], [300, 300]), null);
 });
 
+test('what is typed counts before the way: where it is no number yet, nothing is done', () => {
+  for (const keys of ['-', '.', '-.', '1.2.']) assert.equal(made('move', [0, 0], [50, -20], ...keys), null, keys);
+  assert.deepEqual(made('move', [0, 0], [50, -20], '-', 'Backspace'), { edit: 'move', by: [0.5, 0.2, 0] });
+});
+
 test('typed digits count before the way; arrows go on', () => {
   assert.deepEqual(made('extrude', [0, 0], [0, 90], '-', '0', '.', '2', '5'), { edit: 'extrude', distance: -0.25 });
   assert.deepEqual(made('move', null, null, '2'), { edit: 'move', by: [2, 0, 0] });
@@ -93,6 +98,9 @@ test('edits of a model are its versions, and one entry of the list', () => {
   assert.equal(new Lineages('http://b/', storage).works.length, 0, 'another daemon');
   again.forget(['a', 'b', 'c']);
   assert.equal(again.works.length, 0);
+  again.rename('d', 'later');
+  const [renamed] = again.group(listed('d'), true);
+  assert.deepEqual([renamed.name, Boolean(renamed.at)], ['later', false], 'a name is no new version');
   storage.setItem = () => { throw new Error('full'); };
   again.add('f', 'e');
   assert.equal(again.of('e').versions.length, 2);

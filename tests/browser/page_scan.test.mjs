@@ -122,6 +122,28 @@ visits('steps of a clean-up can be left out', { ...UNDRAWN, hash, ...PHONE }, as
   assert.ok(bounds.max[1] > 1.4, 'the spikes are there');
 });
 
+visits('the original of a model is not shown beside another one that was opened meanwhile', { ...UNDRAWN, hash }, async (visit) => {
+  await visit.level(2);
+  const modeller = new Modeller(visit);
+  const { page } = modeller;
+  await modeller.box('2, 2, 4');
+  await page.getByLabel('Selection').fill('[1]');
+  await page.keyboard.press('Enter');
+  await modeller.press('Extrude');
+  const asked = page.waitForRequest('**/v1/models?name=*');
+  const release = await visit.hold('**/v1/models?name=*');
+  await page.getByLabel('Beside the original').click();
+  await asked;
+  await visit.tab('Models');
+  await page.locator('.model', { hasText: 'octopus.obj' }).click();
+  await visit.wait(() => document.getElementById('subject').textContent === 'octopus.obj');
+  const answered = page.waitForResponse('**/v1/models?name=*');
+  release();
+  await answered;
+  await visit.drawn();
+  assert.doesNotMatch(await visit.address(), /beside=/);
+});
+
 visits('a model of its own edits is seen beside what it was without them', { hash }, async (visit) => {
   await visit.level(2);
   const modeller = new Modeller(visit);

@@ -190,6 +190,25 @@ visits('a stroke by numbers waits for the point that it was given', { ...UNDRAWN
   assert.ok(apart(await pointsOf(await sculptor.id, 4), dragged(before, 7, new Vector3(0, 0.25, -0.125))) < 1e-5);
 });
 
+visits('points that could not be loaded are asked for again by the next stroke', { ...UNDRAWN, hash: '#tab=models&level=3' }, async (visit) => {
+  await visit.level(3);
+  const sculptor = new Sculptor(visit);
+  const { page } = sculptor;
+  const before = await pointsOf(await sculptor.id, 3);
+  await page.route('**/surface.bin?**', (route) => route.abort('connectionrefused'));
+  await visit.tab('Sculpt');
+  await page.locator('#view').click();
+  const failures = page.locator('.notice', { hasText: 'The points cannot be loaded' });
+  await failures.waitFor(); // of the stroke
+  await page.getByLabel('Stroke: by').fill('0 0.25 0');
+  await page.getByLabel('Stroke: by').press('Enter');
+  await failures.nth(1).waitFor();
+  await page.unroute('**/surface.bin?**');
+  await sculptor.opens(() => failures.last().getByRole('button', { name: 'Try again' }).click());
+  assert.ok(apart(await pointsOf(await sculptor.id, 3), before) > 0.2);
+  visit.faults = visit.faults.filter((fault) => !fault.includes('ERR_CONNECTION_REFUSED'));
+});
+
 visits('points are moved by keyboard', { ...UNDRAWN, hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;

@@ -87,6 +87,20 @@ visits('on a phone no label of a field touches it', { ...UNDRAWN, first: 'cube.o
   }
 });
 
+for (const [width, height, forcedColors] of [[1000, 700, 'none'], [320, 256, 'none'], [1280, 800, 'active']])
+  visits(`no number in a field is cut off in ${width} x ${height} pixels, forced colours: ${forcedColors}`, { ...UNDRAWN, viewport: { width, height }, forcedColors, hash: '#tab=edit' }, async (visit) => {
+    await visit.level(2);
+    for (const tab of ['Edit', 'Sculpt']) {
+      await visit.tab(tab);
+      const fields = await visit.page.evaluate(() => {
+        for (const details of document.querySelectorAll('#panel details')) details.open = true;
+        return [...document.querySelectorAll('#panel .parameter input')].filter((field) => field.checkVisibility()).map((field) => [field.ariaLabel, field.scrollWidth - field.clientWidth]);
+      });
+      assert.ok(fields.length > 1, `${fields.length} fields`);
+      assert.deepEqual(fields.filter(([, more]) => more > 1), [], tab);
+    }
+  });
+
 /** A square of side 1 in n x n quads, as OBJ. */
 function grid(n) {
   const points = Array.from({ length: (n + 1) ** 2 }, (_, i) => `v ${(i % (n + 1)) / n} ${Math.floor(i / (n + 1)) / n} 0`);
@@ -380,6 +394,10 @@ visits('by keyboard alone', { hash: '#show=surface,cage,points,follow' }, async 
   await visit.reach('Level');
   await keyboard.press('ArrowLeft');
   await visit.level(1);
+  await visit.reach('Parts: ');
+  await keyboard.press(' ');
+  await visit.wait(() => document.querySelector('.outliner').open);
+  assert.ok(await visit.page.getByRole('button', { name: 'Play' }).isVisible(), 'the space bar opened the parts, and played nothing');
 
   // Which order keeps the node that comes nearest to lock away from it.
   await turnTo('Surface', 'Rotation');

@@ -726,6 +726,43 @@ TEST_WITH(leftovers_of_the_dead_go_at_start_and_those_of_the_living_stay, set_up
   assert_int_equal(access(living, F_OK), 0);
 }
 
+/* ---- summaries ------------------------------------------------------------------------------- */
+
+enum { WATCHED = 100 };
+
+typedef struct watched {
+  fixture *f;
+  char id[API_ID_TEXT];
+  bool was_bare; /* its object was there, and its summary was not */
+} watched;
+
+/* Asks for the summary as soon as the object is there. */
+static void *watch(void *argument) {
+  watched *w = argument;
+  char path[128];
+  make_path(w->f, w->id, path);
+  while (access(path, F_OK) != 0) sched_yield();
+  char *summary = w->f->store.summary(w->f->store.context, w->id);
+  w->was_bare = !summary;
+  free(summary);
+  return NULL;
+}
+
+TEST_WITH(model_that_is_being_stored_has_its_summary, set_up_store, tear_down_store) {
+  fixture *f = *state;
+  for (unsigned i = 0; i < WATCHED; i++) {
+    char *text = make_text(i, 100);
+    watched w = {.f = f};
+    make_id(text, strlen(text), w.id);
+    pthread_t thread;
+    assert_int_equal(pthread_create(&thread, NULL, watch, &w), 0);
+    must_put(f, text);
+    pthread_join(thread, NULL);
+    assert_false(w.was_bare);
+    free(text);
+  }
+}
+
 /* ---- kill ------------------------------------------------------------------------------------ */
 
 enum { KILLS = 20, KILLED_SIZE = 200000 };
