@@ -615,20 +615,35 @@ static double find_frame(const tw_error_net *n, double normal[3], tw_error_frame
   return tw_error_slope(least);
 }
 
-double tw_error_of_limits(const tw_error_base *b, const tw_error_net *n, const uint8_t places[4],
-                          double rest) {
-  double limits[PARTS + 1][PARTS + 1][3];
+/* The difference between a patch and triangles of its own limit points, as a face's points slide over those
+ * around it. */
+static tw_offset offset_of_limits(const tw_error_net *n, const double normal[3]) {
+  bend bends[KINDS];
+  double usual;
+  for (int kind = 0; kind < KINDS; kind++) bends[kind] = find_bend(n, kind, normal);
+  return deviation(bends, true, normal, &usual);
+}
+
+double tw_error_of_limits(const tw_error_base *b, const tw_error_net *n, const uint8_t places[4]) {
+  const double parts = PARTS * PARTS; /* second differences of a part are this much less */
+  double limits[PARTS + 1][PARTS + 1][3], slope = tw_error_slope(b->around);
   uint8_t at[PARTS + 1][PARTS + 1];
   tw_error_gap gap = tw_error_gap_over(b);
+  tw_offset rest = offset_of_limits(n, b->normal);
+  /* What is between limit points may slide too, as far as these leave it to. */
+  if (rest.slide / parts < gap.reach && rest.normal + slope * rest.slide < rest.whole) {
+    gap.reach -= rest.slide / parts;
+    rest.whole = rest.normal + slope * rest.slide;
+  }
   find_limits(n, limits);
   find_places(places, 0, 0, PARTS, at);
   for (int v = 0; v <= PARTS; v++)
     for (int u = 0; u <= PARTS; u++) tw_error_take_point(b, &gap, at[v][u], limits[v][u]);
-  return tw_error_gap_size(b, &gap) + rest / (PARTS * PARTS);
+  return tw_error_gap_size(b, &gap) + rest.whole / parts;
 }
 
 /* The distance of the limit from a face whose corners are control points. */
-static double error_of_control(const tw_error_net *n, double rest) {
+static double error_of_control(const tw_error_net *n) {
   tw_error_frame frame;
   tw_error_base base = {.size = 4, .frame = &frame};
   double face[4][3];
@@ -637,30 +652,29 @@ static double error_of_control(const tw_error_net *n, double rest) {
   find_face(n, face);
   for (int i = 0; i < 4; i++) base.corners[i] = face[i];
   tw_error_begin_base(&base, places);
-  return tw_error_of_limits(&base, n, places, rest);
+  return tw_error_of_limits(&base, n, places);
 }
 
-/* The same of a face whose corners are limit points. Of the faces around it nothing is known: nothing slides.
- */
-static double error_of_limit(const tw_error_net *n, double rest) {
-  static const uint32_t order[4] = {0, 1, 2, 3};
+/* The same of a face whose corners are limit points, which slide over faces that are as steep, seen along a
+ * normal. */
+static double error_of_limit(const tw_error_net *n, const double normal[3], double slope, double reach) {
   static const int ends[4][2] = {{0, 0}, {0, PARTS}, {PARTS, PARTS}, {PARTS, 0}}; /* v, u */
-  const tw_error_frame frame = {.corners = {-1, -1, -1, -1}, .edges = {-1, -1, -1, -1}, .own = -1};
-  tw_error_base base = {.size = 4, .frame = &frame};
-  double limits[PARTS + 1][PARTS + 1][3], face[4][3];
+  const float cosine = isfinite(slope) ? tw_error_rounded_down(1 / sqrt(1 + slope * slope)) : -1;
+  const tw_error_frame frame = {.corners = {cosine, cosine, cosine, cosine},
+                                .edges = {cosine, cosine, cosine, cosine},
+                                .own = cosine,
+                                .reach = (float)reach};
+  tw_error_base base = {.size = 4, .frame = &frame, .normal = {normal[0], normal[1], normal[2]}};
+  double limits[PARTS + 1][PARTS + 1][3];
   uint8_t places[4];
   find_limits(n, limits);
-  for (int i = 0; i < 4; i++) {
-    memcpy(face[i], limits[ends[i][0]][ends[i][1]], sizeof face[i]);
-    base.corners[i] = face[i];
-  }
-  tw_corners_normal(face[0], order, 4, base.normal);
+  for (int i = 0; i < 4; i++) base.corners[i] = limits[ends[i][0]][ends[i][1]];
   tw_error_begin_base(&base, places);
-  return tw_error_of_limits(&base, n, places, rest);
+  return tw_error_of_limits(&base, n, places);
 }
 
 /* The same of a face of a level that shows limit points. */
-static double error_of_shown(const tw_error_part *p, uint32_t face, const tw_error_net *n, double rest) {
+static double error_of_shown(const tw_error_part *p, uint32_t face, const tw_error_net *n) {
   const uint32_t *quad = p->topology.corner_vertex + tw_face_begin(&p->topology, face);
   tw_error_frame frame;
   tw_error_base base = {.size = 4, .frame = &frame};
@@ -669,23 +683,47 @@ static double error_of_shown(const tw_error_part *p, uint32_t face, const tw_err
   tw_error_find_frame(p, face, base.normal, &frame);
   for (int i = 0; i < 4; i++) base.corners[i] = tw_point_at(p->shown, quad[i]);
   tw_error_begin_base(&base, places);
-  return tw_error_of_limits(&base, n, places, rest);
+  return tw_error_of_limits(&base, n, places);
 }
 
-/* Looks at the limit points of a face, and at those of its children, whose second differences are a quarter.
- */
-static void look_at_limits(const tw_error_net *n, bool limit, const double enough[TW_ERROR_LOOKED],
-                           double errors[TW_ERROR_LOOKED]) {
-  double (*error_of)(const tw_error_net *, double) = limit ? error_of_limit : error_of_control;
+/* Lowers the distances of a face's children and of theirs, where these are more than is enough: by second
+ * differences, and by limit points where that is too much. normal, slope, reach: of the face; the slope of
+ * those around it. */
+static void look_at_children(const tw_error_net *n, const double normal[3], double slope, double reach,
+                             const double enough[TW_ERROR_LOOKED], double errors[TW_ERROR_LOOKED]) {
   tw_error_net quarters[4];
-  double unused, rest = tw_error_of_net(n, true, &unused), most = 0;
-  if (errors[0] > enough[0]) errors[0] = tw_lesser(errors[0], error_of(n, rest));
+  tw_offset own[4];
+  double most = 0, after = 0, allowed = INFINITY;
+  if (errors[1] <= enough[1] && errors[2] <= enough[2]) return;
+  split_net(n, quarters);
+  for (int i = 0; i < 4; i++) {
+    own[i] = offset_of_limits(&quarters[i], normal);
+    allowed = tw_lesser(allowed, (tw_lesser(enough[1], 4 * enough[2]) - own[i].normal) / own[i].slide);
+  }
+  slope = tw_greater(slope, closer_slope(n, normal, tw_greater(slope, allowed)));
+  for (int i = 0; i < 4; i++) {
+    double slid = tw_lesser(own[i].whole, own[i].normal + slope * own[i].slide),
+           error = isfinite(slope) && own[i].slide <= reach / 2 ? slid : own[i].whole;
+    after = tw_greater(after, (isfinite(slope) && own[i].slide <= reach ? slid : own[i].whole) / 4);
+    if (error > enough[1]) error = tw_lesser(error, error_of_limit(&quarters[i], normal, slope, reach / 2));
+    most = tw_greater(most, error);
+  }
+  errors[1] = tw_lesser(errors[1], most);
+  errors[2] = tw_lesser(errors[2], after);
+}
+
+/* Looks at the limit points of a face of control points, and at those of its children, whose second
+ * differences are a quarter. */
+static void look_at_control(const tw_error_net *n, const double enough[TW_ERROR_LOOKED],
+                            double errors[TW_ERROR_LOOKED]) {
+  tw_error_net quarters[4];
+  double most = 0;
+  if (errors[0] > enough[0]) errors[0] = tw_lesser(errors[0], error_of_control(n));
   if (errors[1] > enough[1]) {
     split_net(n, quarters);
-    for (int i = 0; i < 4 && most < errors[1]; i++) most = tw_greater(most, error_of(&quarters[i], rest / 4));
+    for (int i = 0; i < 4 && most < errors[1]; i++) most = tw_greater(most, error_of_control(&quarters[i]));
     errors[1] = tw_lesser(errors[1], most);
   }
-  for (int i = TW_ERROR_LOOKED - 1; i-- > 0;) errors[i] = tw_greater(errors[i], errors[i + 1]);
 }
 
 void tw_error_look_closely(const tw_error_part *p, uint32_t face, double enough, tw_face_measure *own) {
@@ -699,14 +737,18 @@ void tw_error_look_closely(const tw_error_part *p, uint32_t face, double enough,
 
 void tw_error_look_all_over(const tw_error_part *p, uint32_t face, const double enough[TW_ERROR_LOOKED],
                             tw_face_measure *own) {
-  bool limit = p->shown != p->control;
+  double *errors = own->errors, normal[3];
   tw_error_net n;
-  double unused;
-  if (!(limit || own->is_plain) || !find_net(p, face, &n)) return;
-  look_at_limits(&n, limit, enough, own->errors);
-  if (!limit || own->errors[0] <= enough[0]) return;
-  double error = error_of_shown(p, face, &n, tw_error_of_net(&n, true, &unused));
-  own->errors[0] = tw_greater(own->errors[1], tw_lesser(own->errors[0], error));
+  if (p->shown == p->control) {
+    if (own->is_plain && find_net(p, face, &n)) look_at_control(&n, enough, errors);
+    return;
+  }
+  if (!find_net(p, face, &n)) return;
+  if (errors[0] > enough[0]) errors[0] = tw_lesser(errors[0], error_of_shown(p, face, &n));
+  tw_error_normal(p, face, normal);
+  double slope =
+      own->is_plain ? tw_error_slope_around(p, face, normal) : INFINITY; /* at rims nothing slides */
+  look_at_children(&n, normal, slope, tw_error_reach(p, face), enough, errors);
 }
 
 /* The deviation of control points, where points slide over the faces around. */
@@ -724,8 +766,18 @@ static void look_at_slides(const tw_error_net *n, const double enough[TW_ERROR_L
 
 void tw_error_look_at_net(const tw_error_net *n, bool limit, const double enough[TW_ERROR_LOOKED],
                           double errors[TW_ERROR_LOOKED]) {
-  if (!limit) look_at_slides(n, enough, errors);
-  look_at_limits(n, limit, enough, errors);
+  if (!limit) {
+    look_at_slides(n, enough, errors);
+    look_at_control(n, enough, errors);
+    return;
+  }
+  tw_error_frame frame;
+  double normal[3], slope = find_frame(n, normal, &frame);
+  if (errors[0] > enough[0])
+    errors[0] =
+        tw_lesser(errors[0], error_of_limit(n, normal, tw_greater(slope, closer_slope(n, normal, slope)),
+                                            (double)frame.reach));
+  look_at_children(n, normal, slope, (double)frame.reach, enough, errors);
 }
 
 /* ---- patches around irregular points ----------------------------------------------------------- */

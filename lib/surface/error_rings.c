@@ -451,10 +451,12 @@ static void take_regular(const tw_error_wheel *w, const ring *r, bool limit, boo
  * for limit points alone: the sum is near for control points, of which those at the middle move at each step.
  */
 
-/* What is found of the faces at the middle of a level: on triangles, and over hulls. */
+enum { ON_TRIANGLES, OVER_HULLS, WAYS };
+
+/* What is found of the faces at the middle of a level, each way. */
 typedef struct closer {
-  double regular[2]; /* their distance from the limit of regular faces */
-  double deeper[2];  /* from faces as many levels deeper as were compared */
+  double regular[WAYS]; /* their distance from the limit of regular faces */
+  double deeper[WAYS];  /* from faces as many levels deeper as were compared */
 } closer;
 
 /* Where a point of a grid of size x size cells lies over its face. */
@@ -518,36 +520,40 @@ static void compare_regular(const tw_error_wheel *w, const tw_error_base *base, 
   for (uint32_t i = 0; i < 3; i++) {
     tw_error_net net;
     uint8_t places[4];
-    double unused;
     for (int k = 0; k < 16; k++)
       memcpy(net.points[k / 4][k % 4], to->control[w->nets[3 * sector + i][k]], sizeof(double[3]));
     cell_places(regular_cells[i], size, places);
-    *regular =
-        tw_greater(*regular, tw_error_of_limits(base, &net, places, tw_error_of_net(&net, true, &unused)));
+    *regular = tw_greater(*regular, tw_error_of_limits(base, &net, places));
   }
 }
 
-/* False: the result is not wanted any more. */
-static bool compare_middle(const tw_error_wheel *w, const ring *from, const ring *to, uint32_t steps,
-                           closer *out) {
-  uint32_t size = 1u << steps;
-  out->deeper[0] = out->deeper[1] = 0;
+static void compare_sectors(const tw_error_wheel *w, const ring *from, const ring *to, uint32_t steps,
+                            int way, closer *out) {
+  out->deeper[way] = 0;
   for (uint32_t s = 0; s < w->valence; s++) {
     tw_error_frame frame;
     tw_error_base base = base_of(w, from, s, &frame);
     const tw_error_hull hull = tw_error_find_hull(base.corners);
-    for (int i = 0; i < 2; i++) {
-      base.hull = i == 0 ? NULL : &hull;
-      compare_corners(w, &base, to, s, size, &out->deeper[i]);
-      compare_regular(w, &base, to, s, size, &out->regular[i]);
-    }
+    base.hull = way == OVER_HULLS ? &hull : NULL;
+    compare_corners(w, &base, to, s, 1u << steps, &out->deeper[way]);
+    compare_regular(w, &base, to, s, 1u << steps, &out->regular[way]);
   }
+}
+
+/* Over hulls as long as triangles tell more than is known. False: the result is not wanted any more. */
+static bool compare_middle(const tw_error_wheel *w, const ring *from, const ring *to, uint32_t steps,
+                           double known, closer *out) {
+  compare_sectors(w, from, to, steps, ON_TRIANGLES, out);
+  if (tw_greater(out->regular[ON_TRIANGLES], out->deeper[ON_TRIANGLES]) > known)
+    compare_sectors(w, from, to, steps, OVER_HULLS, out);
+  else
+    out->regular[OVER_HULLS] = INFINITY;
   return tw_work((uint64_t)COMPARE_WORK * w->valence);
 }
 
 /* Lowers the distance of the faces at the middle. below: that of the faces they were compared with. */
 static double lower_middle(const closer *c, double below, double error) {
-  for (int i = 0; i < 2; i++) error = tw_lesser(error, tw_greater(c->regular[i], c->deeper[i] + below));
+  for (int i = 0; i < WAYS; i++) error = tw_lesser(error, tw_greater(c->regular[i], c->deeper[i] + below));
   return error;
 }
 
@@ -577,7 +583,7 @@ uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_
                  TW_ERROR_RING_LEVELS - depth);
     for (uint32_t i = depth < TW_ERROR_DEPTH ? 0 : depth + 1 - TW_ERROR_DEPTH; known && i <= depth; i++)
       if (is_compared(m, p, i, known, out) &&
-          !compare_middle(w, &rings[i % (TW_ERROR_DEPTH + 1)], next, depth + 1 - i, &closely[i]))
+          !compare_middle(w, &rings[i % (TW_ERROR_DEPTH + 1)], next, depth + 1 - i, known[i], &closely[i]))
         return 0;
     rest = hull_of(next, graph);
   }

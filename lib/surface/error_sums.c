@@ -120,10 +120,9 @@ static bool find_net(const tw_level_errors *l, uint32_t face, tw_error_net *out)
 static double patch_error(const compared *c, const piece *own) {
   const tw_level_errors *l = &c->levels[own->level];
   tw_error_net n;
-  double unused;
   if (!l->is_plain[own->face] || own->level >= c->open_level || !find_net(l, own->face, &n)) return INFINITY;
   ++*c->patches;
-  double error = tw_error_of_limits(&c->base, &n, own->places, tw_error_of_net(&n, true, &unused));
+  double error = tw_error_of_limits(&c->base, &n, own->places);
   if (c->slides == 0) return error;
   double lift =
       l->control == l->points ? ldexp(l->wholes[own->face], -2 * (int)(c->open_level - own->level)) : 0;

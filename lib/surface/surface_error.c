@@ -22,7 +22,8 @@
  * 4. Where measured faces are far and their children have no room, limit points all over them are compared
  * with the triangle that each comes from (error_patch.c); likewise regular faces around an irregular point,
  * where they make a ring farther than what is known, and regular descendants of faces that are summed up.
- * Each of these is a bound by itself, so the lesser one holds.
+ * Each of these is a bound by itself, so the lesser one holds. Each tells of one level: a deeper one may be
+ * told farther than the one before, where less is known of it.
  *
  * After the last step, what is left follows from the convex hull of the control points around a face, in
  * which all deeper levels and the limit lie, as masks have no negative weights.

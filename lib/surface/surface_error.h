@@ -333,9 +333,8 @@ static inline double tw_error_gap_size(const tw_error_base *b, const tw_error_ga
 }
 
 /* The distance of a patch of the limit surface from the face that it lies over, by limit points all over it
- * (error_patch.c). places: of the patch's corners. rest: between the limit and triangles of limit points. */
-double tw_error_of_limits(const tw_error_base *b, const tw_error_net *n, const uint8_t places[4],
-                          double rest);
+ * (error_patch.c). places: of the patch's corners. */
+double tw_error_of_limits(const tw_error_base *b, const tw_error_net *n, const uint8_t places[4]);
 
 /* How points may slide over a face; of polygons of five or more corners `own` and `reach` alone. */
 void tw_error_find_frame(const tw_error_part *p, uint32_t face, const double normal[3], tw_error_frame *out);
