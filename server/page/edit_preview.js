@@ -29,6 +29,22 @@ function offsetOf({ sum, total }) {
   return unit(sum).map((value) => value * reach);
 }
 
+/** The same, or, where that misses, what comes nearest to a component of 1 along each (settle_offsets, find_better, is_better). */
+function nearestOf(pull) {
+  const offset = offsetOf(pull);
+  const mostMissed = (by) => Math.max(0, ...pull.parts.map(({ direction }) => Math.abs(1 - dot(direction, by))));
+  const miss = mostMissed(offset);
+  if (miss <= 1e-3) return offset;
+  const spread = [0, 1, 2].map((i) => pull.parts.reduce((sum, { direction, weight }) => add(sum, direction, weight * direction[i]), [0, 0, 0]));
+  const rest = pull.parts.reduce((sum, { direction, weight }) => add(sum, direction, weight * (1 - dot(direction, offset))), [0, 0, 0]);
+  const trace = spread[0][0] + spread[1][1] + spread[2][2];
+  for (let i = 0; i < 3; i++) spread[i][i] += 1e-9 * trace;
+  const inverse = [0, 1, 2].map((i) => cross(spread[(i + 1) % 3], spread[(i + 2) % 3]));
+  const better = rest.reduce((sum, value, k) => add(sum, inverse[k], value / dot(spread[0], inverse[0])), offset);
+  const isBetter = mostMissed(better) <= miss / 2 && Math.hypot(...subtract(better, offset)) <= 4 * miss && Math.hypot(...better) <= REACH_MOST;
+  return isBetter ? better : offset;
+}
+
 /** Parts faces from their neighbours and puts walls into the gaps. shift(pull) tells where a new point goes. */
 function parted(mesh, list, { isInset, isIndividual, shift }) {
   const selected = new Set(list);
@@ -57,11 +73,13 @@ function parted(mesh, list, { isInset, isIndividual, shift }) {
     });
   const pulls = new Map();
   const pull = (corner, direction, weight) => {
+    if (!(dot(direction, direction) > 0)) return; // of a face without an area, or an edge without a length
     const root = rootOf(corner);
-    if (!pulls.has(root)) pulls.set(root, { sum: [0, 0, 0], total: 0 });
+    if (!pulls.has(root)) pulls.set(root, { sum: [0, 0, 0], total: 0, parts: [] });
     const at = pulls.get(root);
     at.sum = add(at.sum, direction, weight);
     at.total += weight;
+    at.parts.push({ direction, weight });
   };
   const parts = new Map(); // by fan: [its number of corners, whether a rim meets it]
   for (const face of list) {
@@ -85,7 +103,7 @@ function parted(mesh, list, { isInset, isIndividual, shift }) {
     if (placed.has(root)) return placed.get(root);
     const old = mesh.faces[face][at];
     const [count, isMet] = parts.get(root);
-    const by = shift(pulls.get(root) ?? { sum: [0, 0, 0], total: 0 });
+    const by = shift(pulls.get(root) ?? { sum: [0, 0, 0], total: 0, parts: [] });
     const isKept = !isMet && count === mesh.facesAt(old).length;
     placed.set(root, isKept ? old : points.length);
     points[placed.get(root)] = add(mesh.points[old], by);
@@ -138,7 +156,7 @@ function cut(mesh, edge, cuts) {
 /** null for edits that have no preview. */
 export function previewOf(mesh, kind, list, { edit, edge, by, axis, degrees, distance = 0, amount = 0, cuts = 1, individual: isIndividual = false }) {
   if (edit === 'loop_cut') return cut(mesh, edge, cuts);
-  if (edit === 'extrude') return parted(mesh, list, { isIndividual, shift: (pull) => by ?? offsetOf(pull).map((value) => value * distance) });
+  if (edit === 'extrude') return parted(mesh, list, { isIndividual, shift: (pull) => by ?? nearestOf(pull).map((value) => value * distance) });
   if (edit === 'inset') return parted(mesh, list, { isInset: true, isIndividual, shift: (pull) => offsetOf(pull).map((value) => value * amount) });
   if (edit === 'move') return moved(mesh, kind, list, (point) => add(point, by));
   const centre = mesh.centreOf(kind, list);

@@ -40,6 +40,7 @@ for (const [name, shape, kind, list, edit] of [
   ['a part of a ball', SPHERE, 'faces', { facing: [0, 1, 0], within: 50 }, { edit: 'extrude', distance: 0.2 }],
   ['each face by itself', SPHERE, 'faces', { facing: [0, 1, 0], within: 50 }, { edit: 'extrude', distance: 0.2, individual: true }],
   ['all faces', SPHERE, 'faces', 'all', { edit: 'extrude', distance: 0.1 }],
+  ['all faces', { kind: 'cylinder', radius: 1, height: 2, segments: 8, caps: 'ngon' }, 'faces', 'all', { edit: 'extrude', distance: 0.1 }],
   ['along a vector', SPHERE, 'faces', { facing: [1, 0, 0], within: 40 }, { edit: 'extrude', by: [0.5, 0.2, 0] }],
   ['one face', BOX, 'faces', [3], { edit: 'inset', amount: 0.1 }],
   ['neighbours', BOX, 'faces', { facing: [0, 1, 0], within: 10 }, { edit: 'inset', amount: 0.2 }],
