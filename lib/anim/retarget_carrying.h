@@ -169,6 +169,9 @@ tw_status tw_keys_carry(tw_carrying *c, const tw_track_keys *track, uint32_t nod
 
 /* ---- places: retarget_places.c --------------------------------------------------------------- */
 
+/* Radians and parts within which two bones rest alike. */
+#define TW_REST_LIKE 1e-3
+
 /* Whether scales of hips, or of a matched node above them, go over: along the same axes. */
 bool tw_carries_scale(const tw_fitted_bone *bone);
 

@@ -20,7 +20,6 @@
 #include "vector3.h"
 
 static const double STILL = 1e-6; /* radians within which a bone stays at rest without a key */
-static const double LIKE = 1e-3;  /* radians and parts within which two bones rest alike */
 
 /* ---- rotations ------------------------------------------------------------------------------- */
 
@@ -133,9 +132,9 @@ static bool rests_alike(const tw_carrying *c, const tw_fitted_bone *bone, double
   }
   quat_widen(source->rest.rotation, a);
   quat_widen(target->rest.rotation, b);
-  double room = 10 * LIKE * (tw_length3(to) + tw_length3(from));
-  return tw_length3(way) <= room && tw_angle_between(a, b) <= LIKE &&
-         tw_angle_between(above->offset, TW_QUAT_IDENTITY) <= LIKE;
+  double room = 10 * TW_REST_LIKE * (tw_length3(to) + tw_length3(from));
+  return tw_length3(way) <= room && tw_angle_between(a, b) <= TW_REST_LIKE &&
+         tw_angle_between(above->offset, TW_QUAT_IDENTITY) <= TW_REST_LIKE;
 }
 
 /* How a value of the source becomes the target's: as a scaled difference from rest, or by the ratio of the
@@ -159,7 +158,7 @@ static void map_alike(const void *context, const double *value, bool is_tangent,
 /* Whether a track leaves its node at rest. */
 static bool stays(const tw_carrying *c, const tw_track_keys *track, const float *rest) {
   double unit = unit_of(&c->fit.source, c->job->source.nodes[track->node].parent) * c->fit.scale;
-  double room = track->path == TW_SCALE ? LIKE : c->job->tolerance.distance * c->fit.size / unit;
+  double room = track->path == TW_SCALE ? TW_REST_LIKE : c->job->tolerance.distance * c->fit.size / unit;
   bool is_cubic = track->interpolation == TW_CUBICSPLINE;
   double seconds = is_cubic ? (double)track->times[track->key_count - 1] - (double)track->times[0] : 0;
   for (size_t row = 0; row < (size_t)track->key_count * (is_cubic ? 3 : 1); row++)

@@ -94,8 +94,7 @@ static void into(const world *at, double point[3]) {
 }
 
 bool tw_carries_scale(const tw_fitted_bone *bone) {
-  static const double LIKE = 1e-3; /* radians */
-  return tw_angle_between(bone->offset, TW_QUAT_IDENTITY) <= LIKE;
+  return tw_angle_between(bone->offset, TW_QUAT_IDENTITY) <= TW_REST_LIKE;
 }
 
 /* The track of the source that scales a node above the hips, as carry_others in retarget_keys.c carries it

@@ -70,8 +70,8 @@ static bool is_even(const tw_affine *m) {
   return size > 0;
 }
 
-/* The same of one that a clip stretches and squashes, by the rotation that fits its axes best: that of its
- * polar decomposition. */
+/* The same components where the linear part scales unevenly, as a clip stretches a node: those of the
+ * rotation that fits its axes best, which its polar decomposition has. */
 static void find_twist_of_uneven(double axes[3][3], double half[2]) {
   double unit[3][3], q[4], most = 0;
   half[0] = half[1] = 0;

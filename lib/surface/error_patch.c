@@ -615,8 +615,8 @@ static double find_frame(const tw_error_net *n, double normal[3], tw_error_frame
   return tw_error_slope(least);
 }
 
-/* The difference between a patch and triangles of its own limit points, as a face's points slide over those
- * around it. */
+/* The difference between a patch and triangles of its own limit points: its part along the normal, and the
+ * slide across it. */
 static tw_offset offset_of_limits(const tw_error_net *n, const double normal[3]) {
   bend bends[KINDS];
   double usual;
@@ -630,7 +630,8 @@ double tw_error_of_limits(const tw_error_base *b, const tw_error_net *n, const u
   uint8_t at[PARTS + 1][PARTS + 1];
   tw_error_gap gap = tw_error_gap_over(b);
   tw_offset rest = offset_of_limits(n, b->normal);
-  /* What is between limit points may slide too, as far as these leave it to. */
+  /* Points of the limit between those that are looked at slide, too. Both slides add up, so the latter have
+   * that much less of the reach. */
   if (rest.slide / parts < gap.reach && rest.normal + slope * rest.slide < rest.whole) {
     gap.reach -= rest.slide / parts;
     rest.whole = rest.normal + slope * rest.slide;
@@ -655,8 +656,8 @@ static double error_of_control(const tw_error_net *n) {
   return tw_error_of_limits(&base, n, places);
 }
 
-/* The same of a face whose corners are limit points, which slide over faces that are as steep, seen along a
- * normal. */
+/* The same of a face whose corners are limit points. Points slide over faces around it that are at most as
+ * steep as `slope`, seen along the normal; where that is infinite, nothing slides. */
 static double error_of_limit(const tw_error_net *n, const double normal[3], double slope, double reach) {
   static const int ends[4][2] = {{0, 0}, {0, PARTS}, {PARTS, PARTS}, {PARTS, 0}}; /* v, u */
   const float cosine = isfinite(slope) ? tw_error_rounded_down(1 / sqrt(1 + slope * slope)) : -1;
@@ -687,8 +688,11 @@ static double error_of_shown(const tw_error_part *p, uint32_t face, const tw_err
 }
 
 /* Lowers the distances of a face's children and of theirs, where these are more than is enough: by second
- * differences, and by limit points where that is too much. normal, slope, reach: of the face; the slope of
- * those around it. */
+ * differences, and by limit points where that is too much. normal, reach: of the face; slope: of the faces
+ * around it.
+ * The children's points slide over the children of those faces. That these are no steeper than the faces
+ * themselves and the patch's own net is not proved where they lie around an irregular point; no
+ * counterexample is known (tests/oracle/error_test.cpp compares random cages). */
 static void look_at_children(const tw_error_net *n, const double normal[3], double slope, double reach,
                              const double enough[TW_ERROR_LOOKED], double errors[TW_ERROR_LOOKED]) {
   tw_error_net quarters[4];
