@@ -690,9 +690,12 @@ static double error_of_shown(const tw_error_part *p, uint32_t face, const tw_err
 /* Lowers the distances of a face's children and of theirs, where these are more than is enough: by second
  * differences, and by limit points where that is too much. normal, reach: of the face; slope: of the faces
  * around it.
- * The children's points slide over the children of those faces. That these are no steeper than the faces
- * themselves and the patch's own net is not proved where they lie around an irregular point; no
- * counterexample is known (tests/oracle/error_test.cpp compares random cages). */
+ * The children's points slide over those of the faces around too, of which the slope is not known where these
+ * lie at an irregular point. It need not be. Seen along the normal, what slides out of the face lies between
+ * the chord of a side and the side's limit curve. Over the chord the patch's own slope counts; the curve is
+ * the neighbour's as well, which counts how far it is from its own triangles. Between them that triangle is
+ * flat, and so is the patch, over so short a way: its distance is at most the greater of both. What is told
+ * is the greatest of all faces. */
 static void look_at_children(const tw_error_net *n, const double normal[3], double slope, double reach,
                              const double enough[TW_ERROR_LOOKED], double errors[TW_ERROR_LOOKED]) {
   tw_error_net quarters[4];

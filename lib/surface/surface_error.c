@@ -1,5 +1,5 @@
-/* How far the triangles of each level are from the limit surface: bounds that are proved, but for one slope
- * with `limit` (look_at_children in error_patch.c), from the cage and a few levels.
+/* How far the triangles of each level are from the limit surface: bounds, proved from the cage and a few
+ * levels.
  *
  * Two steps lead there. Both compare surfaces over one set of faces, so that a point of the one has a partner
  * on the other, and both directions of the Hausdorff distance are bounded at once.

@@ -98,7 +98,7 @@ typedef struct tw_error_wish {
 } tw_error_wish;
 
 /* Bounds how far each level's triangles lie from the limit surface, and the limit surface from them,
- * whichever way quads and polygons are cut; proved, but see surface_error.c. options->level is not used. out:
+ * whichever way quads and polygons are cut (proved in surface_error.c). options->level is not used. out:
  * [wish->level_max + 1] distances in the mesh's space, rounding to float included; INFINITY where none is
  * known, at level 0 alone. Details belong to the limit surface. O(cage and two levels), and more where it is
  * irregular, in memory for wish->faces_max faces beside the cage's first level. parallel: as in
