@@ -1274,7 +1274,7 @@ export interface SurfaceOptions {
    * distance in the unit of the model (before `unit` and `scale`), or a share of the model's size as `0.1%`. The
    * size is the diagonal of the box around the cages as nodes place them. A mesh that nodes scale is measured as
    * large as its largest; a skinned one, or one with morph targets, that `skin=bake` does not pose, at rest. The
-   * distance is a bound that is proved: the true one is usually 1 to 4 times smaller. It does not count what
+   * distance is a bound that is proved: the true one is usually 1 to 2 times smaller. It does not count what
    * `encoding` rounds. Where `--max-level` does not reach it, and `faces` is not given, the answer is 422. */
   error?: number | string;
   /** Of `level=auto`: the most faces that the answer may have. If the cage itself has more, the answer is level 0.

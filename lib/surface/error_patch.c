@@ -555,23 +555,29 @@ static void find_limits(const tw_error_net *n, double out[PARTS + 1][PARTS + 1][
   }
 }
 
+void tw_error_split_places(const uint8_t at[4], uint8_t out[4][4]) {
+  const uint8_t sides[4] = {at[0] & at[1], at[1] & at[2], at[2] & at[3], at[3] & at[0]},
+                middle = (at[0] & at[2]) | (at[1] & at[3]);
+  const uint8_t quarters[4][4] = {{at[0], sides[0], middle, sides[3]},
+                                  {sides[0], at[1], sides[1], middle},
+                                  {middle, sides[1], at[2], sides[2]},
+                                  {sides[3], middle, sides[2], at[3]}};
+  memcpy(out, quarters, sizeof quarters);
+}
+
 /* Where a patch's limit points lie over a face, from the places of its corners: in both halves of each side
  * as tw_refine_topology makes them. */
 static void find_places(const uint8_t at[4], int v, int u, int size, uint8_t out[PARTS + 1][PARTS + 1]) {
   if (size == 0) return;
   const int half = size / 2;
-  const uint8_t sides[4] = {at[0] & at[1], at[1] & at[2], at[2] & at[3], at[3] & at[0]},
-                middle = (at[0] & at[2]) | (at[1] & at[3]);
-  const uint8_t children[4][4] = {{at[0], sides[0], middle, sides[3]},
-                                  {sides[0], at[1], sides[1], middle},
-                                  {middle, sides[1], at[2], sides[2]},
-                                  {sides[3], middle, sides[2], at[3]}};
+  uint8_t quarters[4][4];
+  tw_error_split_places(at, quarters);
   out[v][u] = at[0];
   out[v][u + size] = at[1];
   out[v + size][u + size] = at[2];
   out[v + size][u] = at[3];
   for (int i = 0; i < 4; i++)
-    find_places(children[i], i < 2 ? v : v + half, i == 1 || i == 2 ? u + half : u, half, out);
+    find_places(quarters[i], i < 2 ? v : v + half, i == 1 || i == 2 ? u + half : u, half, out);
 }
 
 /* The least cosine between a normal and those of the triangles at the corners of one of a net's nine quads.

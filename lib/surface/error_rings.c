@@ -20,7 +20,7 @@
 #include "surface_error.h"
 
 enum {
-  VALENCE_MAX = 32,
+  VALENCE_MAX = TW_ERROR_VALENCE_MAX,
   ROWS = 3,
   POINTS_MAX = 1 + 12 * VALENCE_MAX, /* of three rows */
   PLAIN_VALENCE = 4,
@@ -325,7 +325,13 @@ static void step_ring(const tw_error_wheel *w, ring *from, bool limit, ring *to)
   for (uint32_t i = 0; limit && i < w->two_rows; i++) take_sum(&w->limit, i, to->control, to->at_limit[i]);
   to->shown = limit ? to->at_limit : to->control;
   to->count = w->three_rows;
-  find_normals(w, to);
+}
+
+/* The net of a face that the last step made regular: regular_cells[i] of a sector. */
+static void find_cell(const tw_error_wheel *w, const ring *r, uint32_t sector, uint32_t i,
+                      tw_error_net *out) {
+  for (int k = 0; k < 16; k++)
+    memcpy(out->points[k / 4][k % 4], r->control[w->nets[3 * sector + i][k]], sizeof(double[3]));
 }
 
 /* ---- measures ------------------------------------------------------------------------------------ */
@@ -399,8 +405,7 @@ static void list_regular(const tw_error_wheel *w, const ring *r, bool limit, boo
                          born *out, const born **order) {
   for (uint32_t i = 0, place = 0; i < 3 * w->valence; place = ++i) {
     born *own = &out[i];
-    for (int k = 0; k < 16; k++)
-      memcpy(own->net.points[k / 4][k % 4], r->control[w->nets[i][k]], sizeof(double[3]));
+    find_cell(w, r, i / 3, i % 3, &own->net);
     own->error = tw_error_of_net(&own->net, limit, &own->hull);
     if (!graph) own->hull = INFINITY;
     for (; farthest_first && place > 0 && order[place - 1]->error < own->error; place--)
@@ -459,29 +464,12 @@ typedef struct closer {
   double deeper[WAYS];  /* from faces as many levels deeper as were compared */
 } closer;
 
-/* Where a point of a grid of size x size cells lies over its face. */
-static uint8_t place_at(uint32_t a, uint32_t b, uint32_t size) {
-  const bool is_on[4] = {b == 0, a == size, b == size, a == 0},
-             is_in[4] = {a >= b, a <= b, a + b >= size, a + b <= size};
-  uint32_t bits = 0;
-  for (int i = 0; i < 4; i++)
-    bits |= (is_on[i] ? (uint32_t)TW_ERROR_ON_EDGE << i : 0) |
-            (is_in[i] ? (uint32_t)TW_ERROR_IN_TRIANGLE << i : 0);
-  return (uint8_t)bits;
-}
-
-static void cell_places(const int cell[2], uint32_t size, uint8_t out[4]) {
-  uint32_t a = (uint32_t)cell[0], b = (uint32_t)cell[1];
-  const uint8_t places[4] = {place_at(a, b, size), place_at(a + 1, b, size), place_at(a + 1, b + 1, size),
-                             place_at(a, b + 1, size)};
-  memcpy(out, places, sizeof places);
-}
-
-/* The face of a sector at the middle, over which its points slide as all faces around it allow. */
-static tw_error_base base_of(const tw_error_wheel *w, const ring *r, uint32_t sector, tw_error_frame *frame) {
+/* The face of a sector at the middle, over which its points slide as all faces around it allow. places: of
+ * its corners. */
+static tw_error_base base_of(const tw_error_wheel *w, const ring *r, uint32_t sector, tw_error_frame *frame,
+                             uint8_t places[4]) {
   tw_error_base out = {.size = 4, .frame = frame};
   const uint32_t *quad = w->quads[sector];
-  uint8_t unused[4];
   double length = 0, side[3];
   for (int i = 0; i < 4; i++) {
     out.corners[i] = r->shown[quad[i]];
@@ -494,37 +482,40 @@ static tw_error_base base_of(const tw_error_wheel *w, const ring *r, uint32_t se
                             .edges = {around, around, around, around},
                             .own = around,
                             .reach = (float)(length / 8 * (1 - 1e-6))};
-  tw_error_begin_base(&out, unused);
+  tw_error_begin_base(&out, places);
   return out;
+}
+
+/* Where the four faces of a sector that the last of some steps made lie over a face: the one at the middle,
+ * and those of regular_cells. at[0]: at first the places of the sector's own corners. */
+static void find_quarters(uint32_t steps, uint8_t at[4][4]) {
+  while (steps-- > 0) tw_error_split_places(at[0], at);
 }
 
 /* Compares the face of a sector with faces of a deeper level, by their corners. */
 static void compare_corners(const tw_error_wheel *w, const tw_error_base *base, const ring *to,
-                            uint32_t sector, uint32_t size, double *deeper) {
+                            uint32_t sector, uint8_t at[4][4], double *deeper) {
   static const int cells[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   for (int i = 0; i < 4; i++) {
     tw_error_gap gap = tw_error_gap_over(base);
-    uint8_t places[4];
-    cell_places(cells[i], size, places);
     for (int k = 0; k < 4; k++) {
       int a = cells[i][0] + cells[k][0], b = cells[i][1] + cells[k][1];
-      tw_error_take_point(base, &gap, places[k], to->shown[point_of(w->valence, sector, a, b)]);
+      tw_error_take_point(base, &gap, at[i][k], to->shown[point_of(w->valence, sector, a, b)]);
     }
     *deeper = tw_greater(*deeper, tw_error_gap_size(base, &gap));
   }
 }
 
 /* The same with the limit of the faces that the last step made regular. */
-static void compare_regular(const tw_error_wheel *w, const tw_error_base *base, const ring *to,
-                            uint32_t sector, uint32_t size, double *regular) {
+static double compare_regular(const tw_error_wheel *w, const tw_error_base *base, const ring *to,
+                              uint32_t sector, uint8_t at[4][4]) {
+  double most = 0;
   for (uint32_t i = 0; i < 3; i++) {
     tw_error_net net;
-    uint8_t places[4];
-    for (int k = 0; k < 16; k++)
-      memcpy(net.points[k / 4][k % 4], to->control[w->nets[3 * sector + i][k]], sizeof(double[3]));
-    cell_places(regular_cells[i], size, places);
-    *regular = tw_greater(*regular, tw_error_of_limits(base, &net, places));
+    find_cell(w, to, sector, i, &net);
+    most = tw_greater(most, tw_error_of_limits(base, &net, at[i + 1]));
   }
+  return most;
 }
 
 static void compare_sectors(const tw_error_wheel *w, const ring *from, const ring *to, uint32_t steps,
@@ -532,11 +523,13 @@ static void compare_sectors(const tw_error_wheel *w, const ring *from, const rin
   out->deeper[way] = 0;
   for (uint32_t s = 0; s < w->valence; s++) {
     tw_error_frame frame;
-    tw_error_base base = base_of(w, from, s, &frame);
+    uint8_t at[4][4];
+    tw_error_base base = base_of(w, from, s, &frame, at[0]);
     const tw_error_hull hull = tw_error_find_hull(base.corners);
     base.hull = way == OVER_HULLS ? &hull : NULL;
-    compare_corners(w, &base, to, s, 1u << steps, &out->deeper[way]);
-    compare_regular(w, &base, to, s, 1u << steps, &out->regular[way]);
+    find_quarters(steps, at);
+    compare_corners(w, &base, to, s, at, &out->deeper[way]);
+    out->regular[way] = tw_greater(out->regular[way], compare_regular(w, &base, to, s, at));
   }
 }
 
@@ -577,6 +570,7 @@ uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_
   for (; rest > enough && depth < deepest; depth++) {
     ring *own = &rings[depth % (TW_ERROR_DEPTH + 1)], *next = &rings[(depth + 1) % (TW_ERROR_DEPTH + 1)];
     step_ring(w, own, m->options->limit, next);
+    find_normals(w, next);
     bool graph = is_graph(w, next);
     steps[depth] = step_error(w, own, next);
     take_regular(w, next, m->options->limit, graph, known ? known + depth + 1 : NULL, regular + depth + 1,
@@ -598,4 +592,28 @@ uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_
   }
   for (uint32_t i = 0; i <= depth; i++) out[i] = tw_greater(out[i], regular[i]);
   return depth + 1;
+}
+
+/* ---- over faces of earlier levels ----------------------------------------------------------------- */
+
+double tw_error_of_sector(const tw_measuring *m, const tw_error_base *b, double (*points)[3],
+                          uint32_t valence, uint32_t sector, const uint8_t places[4], double rest) {
+  const tw_error_wheel *w = valence <= VALENCE_MAX ? m->wheels[valence] : NULL;
+  ring rings[2];
+  uint8_t at[4][4];
+  double most = 0;
+  if (!w) return INFINITY;
+  memcpy(rings[0].control, points, w->two_rows * sizeof *points);
+  memcpy(at[0], places, sizeof at[0]);
+  for (uint32_t step = 0; step < TW_ERROR_DEPTH; step++) {
+    ring *to = &rings[(step + 1) % 2];
+    step_ring(w, &rings[step % 2], true, to);
+    find_quarters(1, at);
+    double beside = step + 1 < TW_ERROR_DEPTH ? 0 : rest; /* limit points may slide from the middle there */
+    most = tw_greater(most, compare_regular(w, b, to, sector, at) + beside);
+  }
+  tw_error_gap gap = tw_error_gap_over(b);
+  for (uint32_t i = 0; i < 4; i++)
+    tw_error_take_point(b, &gap, at[0][i], rings[TW_ERROR_DEPTH % 2].at_limit[w->quads[sector][i]]);
+  return tw_greater(most, tw_error_gap_size(b, &gap) + rest);
 }

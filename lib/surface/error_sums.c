@@ -15,18 +15,21 @@
  *
  * Limit points. A piece around which all is regular is known without its descendants: its limit points are,
  * by its net of control points, and the limit is as near to their triangles as second differences say. So
- * limit points all over it stand in for it, each at the place that a descendant's corner would have. Points
- * of the limit over other pieces may slide onto its descendants' triangles: as far as these are from their
- * limit, and the others from what they slide on, is added. */
+ * limit points all over it stand in for it, each at the place that a descendant's corner would have. A piece
+ * that a ring told of is known likewise, where answers have limit points: some levels deeper, all of it but a
+ * small face at the irregular point is such patches (error_rings.c). Points of the limit over other pieces
+ * may slide onto descendants of a patch: as far as these are from their limit, and the others from what they
+ * slide on, is added where they are beside each other. */
 #include <string.h>
 
 #include "sorted.h"
 #include "surface_error.h"
 
 enum {
-  FACES_AT_ONCE = 1024, /* between two charges of work */
-  LOOK_WORK = 4096,     /* of a face that is looked at again */
-  PATCH_WORK = 1024     /* of a piece, by its limit points */
+  FACES_AT_ONCE = 1024,           /* between two charges of work */
+  LOOK_WORK = 4096,               /* of a face that is looked at again */
+  PATCH_WORK = 1024,              /* of a piece, by its limit points */
+  OPEN_DEPTH = TW_ERROR_DEPTH + 2 /* of pieces around an irregular point: one in four at each level */
 };
 
 /* A face of a level, and the place of its corners over the face that it comes of. */
@@ -37,9 +40,9 @@ typedef struct piece {
 
 /* A face that is compared with its pieces. */
 typedef struct compared {
+  const tw_measuring *m;
   const tw_level_errors *levels;
   uint32_t depth;
-  bool loop;
   tw_error_base base;
   uint32_t *patches;   /* counts pieces whose limit points are looked at; NULL: none are */
   uint32_t open_level; /* the first level of descendants that are neither patches nor refined */
@@ -129,6 +132,86 @@ static double patch_error(const compared *c, const piece *own) {
   return error + lift + c->slides;
 }
 
+/* The corner of a face at a vertex; 4: it has none. */
+static uint32_t corner_at(const tw_level_errors *l, uint32_t face, uint32_t vertex) {
+  const uint32_t *quad = l->corners + l->begins[face];
+  uint32_t i = 0;
+  while (i < 4 && quad[i] != vertex) i++;
+  return i;
+}
+
+static void take_control(const tw_level_errors *l, uint32_t face, uint32_t corner, double out[3]) {
+  memcpy(out, tw_point_at(l->control, l->corners[l->begins[face] + corner % 4]), sizeof(double[3]));
+}
+
+/* The points of the second row beyond a face at an irregular vertex, whose corner there is `corner`: those of
+ * the other faces at its opposite corner. */
+static bool find_beyond(const tw_level_errors *l, uint32_t face, uint32_t corner, double (*out)[3]) {
+  const uint32_t *quad = l->corners + l->begins[face];
+  uint32_t next = quad[(corner + 1) % 4], opposite = quad[(corner + 2) % 4],
+           previous = quad[(corner + 3) % 4], filled = 0;
+  for (uint32_t k = l->fan_begins[opposite]; k < l->fan_begins[opposite + 1]; k++) {
+    uint32_t beside = l->fan_faces[k], i = corner_at(l, beside, opposite);
+    const uint32_t *other = l->corners + l->begins[beside];
+    if (beside == face) continue;
+    if (other[(i + 1) % 4] == next) {
+      take_control(l, beside, i + 2, out[0]);
+      take_control(l, beside, i + 3, out[1]);
+      filled |= 1;
+    } else if (other[(i + 3) % 4] == previous) {
+      take_control(l, beside, i + 2, out[3]);
+      filled |= 2;
+    } else {
+      take_control(l, beside, i + 2, out[2]);
+      filled |= 4;
+    }
+  }
+  return filled == 7;
+}
+
+/* Finds the control points of two rows around a vertex, from a face at it on; that face is sector 0. */
+static bool find_rows(const tw_level_errors *l, uint32_t face, uint32_t vertex, uint32_t valence,
+                      double (*out)[3]) {
+  memcpy(out[0], tw_point_at(l->control, vertex), sizeof *out);
+  for (uint32_t s = 0; s < valence; s++) {
+    uint32_t corner = corner_at(l, face, vertex), turned = UINT32_MAX;
+    const uint32_t *quad = l->corners + l->begins[face];
+    double(*row)[3] = out + 1 + (size_t)TW_ERROR_ROW * s,
+    (*second)[3] = out + 1 + (size_t)TW_ERROR_ROW * valence + (size_t)(TW_ERROR_ROWS - TW_ERROR_ROW) * s;
+    take_control(l, face, corner + 1, row[0]);
+    take_control(l, face, corner + 2, row[1]);
+    if (!find_beyond(l, face, corner, second)) return false;
+    for (uint32_t k = l->fan_begins[vertex]; k < l->fan_begins[vertex + 1]; k++) {
+      uint32_t beside = l->fan_faces[k], i = corner_at(l, beside, vertex);
+      if (l->corners[l->begins[beside] + (i + 1) % 4] == quad[(corner + 3) % 4]) turned = beside;
+    }
+    if (turned == UINT32_MAX) return false;
+    face = turned;
+  }
+  return true;
+}
+
+/* The same of a piece that a ring told of, by limit points of what comes of it. */
+static double sector_error(const compared *c, const piece *own) {
+  enum { PATCHES = 16 }; /* that take as long */
+  const tw_level_errors *l = &c->levels[own->level];
+  const uint32_t *quad = l->corners + l->begins[own->face];
+  double points[1 + TW_ERROR_ROWS * TW_ERROR_VALENCE_MAX][3];
+  if (!(l->ring_rests[own->face] >= 0) || l->control == l->points || own->level >= c->open_level)
+    return INFINITY;
+  for (uint32_t i = 0; i < 4; i++) {
+    uint32_t valence = l->fan_begins[quad[i] + 1] - l->fan_begins[quad[i]];
+    const uint8_t places[4] = {own->places[i], own->places[(i + 1) % 4], own->places[(i + 2) % 4],
+                               own->places[(i + 3) % 4]};
+    if (valence == 4) continue;
+    if (valence > TW_ERROR_VALENCE_MAX || !find_rows(l, own->face, quad[i], valence, points)) return INFINITY;
+    *c->patches += PATCHES;
+    return tw_error_of_sector(c->m, &c->base, points, valence, 0, places, l->ring_rests[own->face]) +
+           c->slides;
+  }
+  return INFINITY;
+}
+
 /* The index in l->made of a face from which the next level was made; UINT32_MAX for other faces. */
 static uint32_t find_left(const tw_level_errors *l, uint32_t face) {
   uint32_t left = tw_lower_bound(l->made, l->left_count, face);
@@ -139,7 +222,7 @@ static uint32_t find_left(const tw_level_errors *l, uint32_t face) {
 static piece child_of(const compared *c, const piece *parent, uint32_t size, uint32_t first, uint32_t i) {
   const uint8_t *at = parent->places;
   piece out = {.level = parent->level + 1, .face = first + i};
-  if (c->loop) {
+  if (c->m->rules.loop) {
     for (uint32_t k = 0; k < 3; k++)
       out.places[k] = i == 3 ? at[(k + 1) % 3] & at[(k + 2) % 3] : at[i] & at[k];
     return out;
@@ -152,18 +235,37 @@ static piece child_of(const compared *c, const piece *parent, uint32_t size, uin
   return out;
 }
 
-/* Raises c->slides to the distances around descendants that are neither patches nor refined. */
-static void find_slides(compared *c, uint32_t level, uint32_t face) {
-  const tw_level_errors *l = &c->levels[level];
-  uint32_t left = level < TW_ERROR_DEPTH && level < c->depth ? find_left(l, face) : UINT32_MAX;
-  if (l->is_plain[face]) return;
+/* Whether a piece is beside no larger patch: it holds a corner of the face, and is smaller than the quarter
+ * there, so that what is around it is as small. */
+static bool is_apart(const compared *c, const piece *own) {
+  for (uint32_t i = 0; i < c->base.size && own->level >= 2; i++) {
+    uint8_t corner =
+        (uint8_t)(TW_ERROR_ON_EDGE << i | TW_ERROR_ON_EDGE << (i + c->base.size - 1) % c->base.size);
+    for (uint32_t k = 0; k < 4; k++)
+      if ((own->places[k] & corner) == corner) return true;
+  }
+  return false;
+}
+
+/* Raises c->slides to the distances around descendants that are neither patches nor refined, where limit
+ * points over these may slide onto patches. */
+static void find_slides(compared *c, const piece *own) {
+  const tw_level_errors *l = &c->levels[own->level];
+  uint32_t left = own->level < OPEN_DEPTH && own->level < c->depth ? find_left(l, own->face) : UINT32_MAX;
+  if (l->is_plain[own->face]) return;
   if (left != UINT32_MAX && l->steps[left] >= 0) {
-    for (uint32_t i = l->children[left]; i < l->children[left + 1]; i++) find_slides(c, level + 1, i);
+    for (uint32_t i = l->children[left]; i < l->children[left + 1]; i++) {
+      piece child = child_of(c, own, size_of(l, own->face), l->children[left], i - l->children[left]);
+      find_slides(c, &child);
+    }
     return;
   }
-  if (level < c->open_level) c->open_level = level;
-  for (uint32_t i = 0; i < size_of(l, face); i++)
-    c->slides = tw_greater(c->slides, l->around[l->corners[l->begins[face] + i]]);
+  bool is_ring = l->control != l->points && l->ring_rests[own->face] >= 0, apart = is_apart(c, own);
+  uint32_t open = own->level + (is_ring ? TW_ERROR_DEPTH : 0);
+  if (open < c->open_level) c->open_level = open;
+  if (is_ring && !apart) c->slides = tw_greater(c->slides, l->ring_rests[own->face]);
+  for (uint32_t i = 0; i < size_of(l, own->face) && !is_ring && !apart; i++)
+    c->slides = tw_greater(c->slides, l->around[l->corners[l->begins[own->face] + i]]);
 }
 
 /* The distance of a piece's part of the limit from the face. What is at most `enough` is looked at no
@@ -171,8 +273,10 @@ static void find_slides(compared *c, uint32_t level, uint32_t face) {
 static double find_least(const compared *c, const piece *own, double enough) {
   const tw_level_errors *l = &c->levels[own->level];
   double error = own->level > 0 ? piece_error(c, own) : INFINITY, most = 0;
-  if (error > enough && own->level > 0 && c->patches) error = tw_lesser(error, patch_error(c, own));
-  if (error <= enough || own->level == TW_ERROR_DEPTH || own->level == c->depth) return error;
+  if (error > enough && own->level > 0 && c->patches)
+    error = tw_lesser(error, l->is_plain[own->face] ? patch_error(c, own) : sector_error(c, own));
+  uint32_t deepest = l->is_plain[own->face] ? TW_ERROR_DEPTH : OPEN_DEPTH;
+  if (error <= enough || own->level >= deepest || own->level == c->depth) return error;
   uint32_t left = find_left(l, own->face), size = size_of(l, own->face);
   if (left == UINT32_MAX || l->steps[left] < 0) return error;
   uint32_t first = l->children[left], count = l->children[left + 1] - first;
@@ -183,11 +287,12 @@ static double find_least(const compared *c, const piece *own, double enough) {
   return tw_lesser(error, most);
 }
 
-static compared start(const tw_level_errors *levels, uint32_t depth, bool loop, uint32_t left, piece *whole) {
+static compared start(const tw_measuring *m, const tw_level_errors *levels, uint32_t depth, uint32_t left,
+                      piece *whole) {
   uint32_t face = levels->made[left], begin = levels->begins[face];
-  compared c = {.levels = levels,
+  compared c = {.m = m,
+                .levels = levels,
                 .depth = depth,
-                .loop = loop,
                 .open_level = UINT32_MAX,
                 .base = {.size = size_of(levels, face), .frame = &levels->frames[left]}};
   *whole = (piece){.face = face};
@@ -335,21 +440,21 @@ static void look_again(const compared *by, const piece *whole, double enough, do
 }
 
 /* Compares an open face with what comes of it. */
-static tw_status refine_error(tw_arena *scratch, tw_level_errors *levels, uint32_t depth, bool loop,
-                              uint32_t left, double enough) {
+static tw_status refine_error(const tw_measuring *m, tw_arena *scratch, tw_level_errors *levels,
+                              uint32_t depth, uint32_t left, double enough) {
   uint32_t face = levels->made[left], patches = 0;
   double *error = &levels->errors[face];
   piece whole;
   if (size_of(levels, face) > 4) return TW_OK;
-  compared c = start(levels, depth, loop, left, &whole);
+  compared c = start(m, levels, depth, left, &whole);
   *error = tw_lesser(*error, find_least(&c, &whole, enough));
   if (*error <= enough) return TW_OK;
-  for (uint32_t i = 0; i <= depth && i <= TW_ERROR_DEPTH; i++) {
+  for (uint32_t i = 0; i <= depth && i <= OPEN_DEPTH; i++) {
     tw_status status = levels[i].fan_begins ? TW_OK : find_fans(scratch, &levels[i]);
     if (status != TW_OK) return status;
   }
   if (!tw_work(LOOK_WORK)) return TW_CANCELLED;
-  find_slides(&c, 0, face);
+  find_slides(&c, &whole);
   c.patches = &patches;
   look_again(&c, &whole, enough, error);
   if (*error > enough && turn(levels, face, c.base.frame, c.base.normal)) {
@@ -373,7 +478,7 @@ static tw_status find_around(tw_arena *arena, tw_level_errors *l) {
   return TW_OK;
 }
 
-tw_status tw_error_sum_up(tw_arena *scratch, tw_level_errors *levels, uint32_t depth, bool loop,
+tw_status tw_error_sum_up(const tw_measuring *m, tw_arena *scratch, tw_level_errors *levels, uint32_t depth,
                           double *most) {
   tw_level_errors *below = &levels[1];
   tw_status status = find_around(scratch, below);
@@ -390,14 +495,14 @@ tw_status tw_error_sum_up(tw_arena *scratch, tw_level_errors *levels, uint32_t d
   }
   /* The farthest face first: it tells what of others does not matter. */
   if (farthest != UINT32_MAX) {
-    status = refine_error(scratch, levels, depth, loop, farthest, *most);
+    status = refine_error(m, scratch, levels, depth, farthest, *most);
     if (status != TW_OK) return status;
     *most = tw_greater(*most, levels->errors[levels->made[farthest]]);
   }
   for (uint32_t f = 0; f < levels->left_count; f++) {
     if (f % FACES_AT_ONCE == 0 && !tw_work(FACES_AT_ONCE)) return TW_CANCELLED;
     if (levels->steps[f] < 0 || levels->errors[levels->made[f]] <= *most) continue;
-    status = refine_error(scratch, levels, depth, loop, f, *most);
+    status = refine_error(m, scratch, levels, depth, f, *most);
     if (status != TW_OK) return status;
     *most = tw_greater(*most, levels->errors[levels->made[f]]);
   }

@@ -349,6 +349,7 @@ static void settle_ring(tw_error_part *p, const ring *r, findings *found) {
     uint32_t face = tw_corner_face(t, t->fan_corners[i]), made = tw_error_as_made(p, face);
     if (p->states[face] < TW_FACE_OPEN) continue;
     p->errors[made] = r->errors[0];
+    found->levels[p->level].ring_rests[made] = error_of(r, TW_ERROR_DEPTH);
     p->falls[made] = (float)fall + 1e-6F;
     p->nexts[made] = next;
     p->afters[made] = (double)p->falls[made] * next;
@@ -525,13 +526,15 @@ static tw_status keep_made(findings *found, tw_error_part *p) {
   p->afters = tw_arena_alloc(found->arena, t->face_count, sizeof *p->afters);
   p->falls = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *p->falls);
   kept->is_plain = tw_arena_alloc(found->arena, t->face_count, sizeof *kept->is_plain);
-  if (!p->errors || !p->wholes || !p->nexts || !p->afters || !p->falls || !kept->is_plain || !kept->begins ||
-      !kept->corners)
+  kept->ring_rests = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *kept->ring_rests);
+  if (!p->errors || !p->wholes || !p->nexts || !p->afters || !p->falls || !kept->is_plain ||
+      !kept->ring_rests || !kept->begins || !kept->corners)
     return TW_NO_MEMORY;
   for (uint32_t f = 0; f < t->face_count; f++) {
     kept->begins[f] = tw_face_begin(t, f);
     p->wholes[f] = INFINITY;
     p->falls[f] = 0.25F;
+    kept->ring_rests[f] = -1;
   }
   kept->begins[t->face_count] = t->corner_count;
   memcpy(kept->corners, t->corner_vertex, t->corner_count * sizeof *kept->corners);
@@ -600,12 +603,13 @@ static tw_status measure(const tw_measuring *m, tw_error_part *p, const tw_error
 }
 
 /* Adds up the distances. Levels below the last one lie in the hulls that the rest was found by. */
-static tw_status sum_up(findings *found, bool loop, uint32_t level_max, double rounding, double *out) {
+static tw_status sum_up(const tw_measuring *m, findings *found, uint32_t level_max, double rounding,
+                        double *out) {
   for (uint32_t level = found->last; level <= level_max; level++)
     out[level] = rounding + tw_greater(found->settled[level], found->rests[found->last]);
   for (uint32_t level = found->last; level-- > found->first;) {
     double most = tw_greater(found->settled[level], found->rests[level]);
-    tw_status status = tw_error_sum_up(found->arena, &found->levels[level], found->last - level, loop, &most);
+    tw_status status = tw_error_sum_up(m, found->arena, &found->levels[level], found->last - level, &most);
     if (status != TW_OK) return status;
     if (level <= level_max) out[level] = most + rounding;
   }
@@ -647,7 +651,7 @@ static tw_status measure_batch(const tw_measuring *m, tw_error_part *p, const tw
   memcpy(found.settled, bounds, sizeof found.settled);
   if (status == TW_OK) status = keep_made(&found, &part);
   if (status == TW_OK) status = measure(m, &part, wish, &found);
-  if (status == TW_OK) status = sum_up(&found, m->rules.loop, LEVELS_MAX, 0, own);
+  if (status == TW_OK) status = sum_up(m, &found, LEVELS_MAX, 0, own);
   for (uint32_t l = p->level; status == TW_OK && l <= LEVELS_MAX; l++)
     bounds[l] = tw_greater(bounds[l], own[l]);
   for (uint32_t i = 0; status == TW_OK && i < count / size; i++) {
@@ -719,7 +723,7 @@ tw_status tw_surface_errors(const tw_mesh *mesh, const tw_surface_options *optio
     status = tw_fail(error, TW_UNSUPPORTED, "with boundary=open each level is smaller than the one before");
   if (status == TW_OK) status = measure(&m, &p, wish, &found);
   tw_arena_destroy(p.arena);
-  if (status == TW_OK) status = sum_up(&found, m.rules.loop, wish->level_max, m.size / PARTS_OF_SIZE, out);
+  if (status == TW_OK) status = sum_up(&m, &found, wish->level_max, m.size / PARTS_OF_SIZE, out);
   tw_arena_destroy(found.arena);
   if (status == TW_OK && is_odd) out[0] = INFINITY;
   if (status == TW_CANCELLED) return tw_fail(error, status, "the distances are not wanted any more");

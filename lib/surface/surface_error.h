@@ -78,10 +78,12 @@ typedef struct tw_level_errors {
   double *errors; /* [face_count] the distance of a face from the limit; of open ones it is summed up last */
   double *wholes; /* [face_count] as tw_face_measure has them; INFINITY: not measured */
   bool *is_plain; /* [face_count] as tw_face_measure has them */
-  uint32_t left_count;    /* faces that are left; 0 at the last level */
-  uint32_t *made;         /* [left_count] as in tw_error_part; ascending */
-  uint32_t *children;     /* [left_count + 1] the first child of each */
-  double *steps;          /* [left_count] of open faces from their children; below 0: of others */
+  double *ring_rests;  /* [face_count] of faces that a ring told of: what it is TW_ERROR_DEPTH levels deeper;
+                          below 0: of others */
+  uint32_t left_count; /* faces that are left; 0 at the last level */
+  uint32_t *made;      /* [left_count] as in tw_error_part; ascending */
+  uint32_t *children;  /* [left_count + 1] the first child of each */
+  double *steps;       /* [left_count] of open faces from their children; below 0: of others */
   tw_error_frame *frames; /* [left_count] of open faces of three or four corners */
   double *around;         /* [vertex_count] the greatest error of a vertex's faces; of levels summed up */
   uint32_t
@@ -336,6 +338,21 @@ static inline double tw_error_gap_size(const tw_error_base *b, const tw_error_ga
  * (error_patch.c). places: of the patch's corners. */
 double tw_error_of_limits(const tw_error_base *b, const tw_error_net *n, const uint8_t places[4]);
 
+/* Where the quarters of a quad lie over a face, from the places of its corners: each from the corner that
+ * lies as the quad's first does. */
+void tw_error_split_places(const uint8_t at[4], uint8_t out[4][4]);
+
+/* The points of two rows around an irregular vertex, as a wheel numbers them: the vertex, then for each face
+ * at it the next corner and the opposite one, then for each the four points beyond these. */
+enum { TW_ERROR_ROW = 2, TW_ERROR_ROWS = 6, TW_ERROR_VALENCE_MAX = 32 };
+
+/* The distance of the limit over a face at an irregular vertex from another face that it lies over, by limit
+ * points. points: [1 + TW_ERROR_ROWS x valence] control points of two rows; sector: which face; places: of
+ * its corners, from the irregular one on; rest: its distance TW_ERROR_DEPTH levels deeper. INFINITY without a
+ * wheel. */
+double tw_error_of_sector(const tw_measuring *m, const tw_error_base *b, double (*points)[3],
+                          uint32_t valence, uint32_t sector, const uint8_t places[4], double rest);
+
 /* How points may slide over a face; of polygons of five or more corners `own` and `reach` alone. */
 void tw_error_find_frame(const tw_error_part *p, uint32_t face, const double normal[3], tw_error_frame *out);
 
@@ -357,7 +374,7 @@ double tw_error_of_rest(const tw_measuring *m, const tw_error_part *p, const dou
 
 /* The distance of each open face of levels[0] from the limit, from those of the levels after it, which are
  * summed up. depth: how many these are. *most: raised to the greatest. scratch: for what is kept. */
-tw_status tw_error_sum_up(tw_arena *scratch, tw_level_errors *levels, uint32_t depth, bool loop,
+tw_status tw_error_sum_up(const tw_measuring *m, tw_arena *scratch, tw_level_errors *levels, uint32_t depth,
                           double *most);
 
 #endif

@@ -429,7 +429,7 @@ int main() {
     report("nor is Loop's scheme" + suffix, triangles, sanitized ? 0 : limit ? 95 : 98);
   }
   if (!sanitized) {
-    std::mt19937 little(1), slivers(8), folds(7), limits(3), dense(7), rooms(7);
+    std::mt19937 little(1), slivers(8), folds(7), limits(3), dense(7), rooms(7), noise(7);
     const uint32_t SHORT = 2048; // no room for all levels around the irregular points
     scan("a noisy scan without room", noisy_scan(20, 8, 0.05, random), {0, 2, 1e-4, SHORT, false});
     scan("a dense scan with little noise", noisy_scan(50, 30, 0.01, little), {0, 0, 0.01, 0, false});
@@ -438,6 +438,7 @@ int main() {
     scan("a scan of limit points", noisy_scan(30, 16, 0.02, limits), {1, 2, 1e-3, 0, true});
     scan("a dense scan of limit points", noisy_scan(50, 30, 0.01, dense), {1, 1, 2e-3, 0, true});
     scan("and without room", noisy_scan(50, 30, 0.01, rooms), {1, 1, 1e-4, 16 * SHORT, true});
+    scan("nor with more noise", noisy_scan(40, 24, 0.05, noise), {0, 2, 1e-4, 8 * SHORT, true});
   }
   tally planted;
   compare(cube(), {}, random, 0.5, planted);
