@@ -8,6 +8,9 @@
  * model. Only `drop` unlinks an object that may have been confirmed: `put` replaces a damaged object by
  * renaming a whole one over it.
  *
+ * The summary of a new model is written before its object: another process that finds the object finds the
+ * name that the model was stored under, and does not make a summary without it.
+ *
  * Processes, containers and hosts may share the folder. They need no locks: names in tmp/ are random, and a
  * rename either creates a name or finds that it exists. Within this process an object and its summary are
  * written, and removed, under a lock: of uploads of a model at once, the first one's summary counts.
@@ -309,7 +312,7 @@ static char *summary_of(void *context, const char *id) {
   if (access(name.text, F_OK) != 0) return NULL;
   char *text = srv_store_read_summary(store->root, id);
   if (text) return text;
-  /* An object appears before its summary: one that is being stored gets it before the lock is free. */
+  /* Of a model whose summary is lost, one that is being written is there before the lock is free. */
   pthread_mutex_lock(lock_of(store, id));
   text = srv_store_read_summary(store->root, id);
   pthread_mutex_unlock(lock_of(store, id));
@@ -317,16 +320,28 @@ static char *summary_of(void *context, const char *id) {
 }
 
 /* Writes the summary if there is none: over a lost one, but not over one that another process has written
- * meanwhile. A failure is only logged: the model is stored without it. */
-static void put_summary(const srv_store_fs *store, const char *id, const char *summary) {
+ * meanwhile. A failure is only logged: the model is stored without it. Returns whether it wrote one. */
+static bool put_summary(const srv_store_fs *store, const char *id, const char *summary) {
   srv_path folder = srv_store_prefix_path(store->root, "summaries", id),
            name = srv_store_summary_path(store->root, id);
   char *known = srv_store_read_summary(store->root, id);
   api_bytes text = {(const uint8_t *)summary, strlen(summary)};
   bool is_lost = !known && access(name.text, F_OK) == 0;
-  if (!known && (!make_folder(store, folder.text) || place(store, name.text, text, is_lost) == PLACE_FAILED))
+  placed outcome = PLACED_BEFORE;
+  if (!known)
+    outcome = make_folder(store, folder.text) ? place(store, name.text, text, is_lost) : PLACE_FAILED;
+  if (outcome == PLACE_FAILED)
     srv_log(SRV_LOG_WARN, "store: cannot write the summary of model %s: %s", id, strerror(errno));
   free(known);
+  return outcome == PLACED;
+}
+
+/* Removes a summary that was written for an object that could not be, unless another process wrote that. */
+static void take_summary_back(const srv_store_fs *store, const char *id) {
+  srv_path object = srv_store_object_path(store->root, id), summary = srv_store_summary_path(store->root, id);
+  int problem = errno;
+  if (access(object.text, F_OK) != 0) unlink(summary.text);
+  errno = problem;
 }
 
 /* Whether --min-free stays free. */
@@ -346,8 +361,10 @@ static api_store_status put_locked(srv_store_fs *store, const char *id, api_byte
   if (before == FIND_FAILED) return srv_store_unavailable("cannot open a model");
   if (before == NOTHING && room(store, bytes.size) == API_STORE_FULL) return API_STORE_FULL;
   if (before == NOTHING && !srv_store_quota_take(&store->quota, bytes.size)) return API_STORE_FULL;
+  bool has_summarised = put_summary(store, id, summary);
   placed outcome =
       before == WHOLE_BEFORE ? PLACED_BEFORE : place(store, name.text, bytes, before == DAMAGED_BEFORE);
+  if (outcome == PLACE_FAILED && has_summarised) take_summary_back(store, id);
   if (before == NOTHING) srv_store_quota_settle(&store->quota, bytes.size, outcome == PLACED);
   if (outcome == PLACE_FAILED) return srv_store_unavailable("cannot write a model");
   /* Sync files that other processes made as well: they may be killed before they do. */
@@ -356,7 +373,6 @@ static api_store_status put_locked(srv_store_fs *store, const char *id, api_byte
     srv_log(SRV_LOG_WARN, "store: the damaged file of model %s is replaced by a whole one", id);
     srv_store_quota_count(&store->quota); /* whether the last count saw the damaged size is unknown */
   }
-  put_summary(store, id, summary);
   const srv_verdict known = srv_verdicts_recall(store->verdicts, id);
   srv_verdicts_note(store->verdicts, id, known.wholeness == SRV_WHOLE ? known.state : "", bytes.size,
                     SRV_WHOLE);

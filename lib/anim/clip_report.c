@@ -516,8 +516,10 @@ static void relate(const samples *s, uint32_t from, uint32_t to, double *out) {
   turn_between(first, second, out);
 }
 
-/* The weights by which values at seven times sum to the least-squares parabola at the middle time. */
-static void fit_middle(const float *times, double weights[FIT_KEYS]) {
+/* The weights by which values at seven times sum to the least-squares parabola at the middle time. False
+ * where the times are so uneven that they count as one or two, through which all parabolas lead. */
+static bool fit_middle(const float *times, double weights[FIT_KEYS]) {
+  static const double SINGULAR = 1e-14; /* of the pivots, the first of which is FIT_KEYS */
   double m[3][4] = {{0, 0, 0, 1}}, u[FIT_KEYS], middle = (double)times[FIT_KEYS / 2];
   double reach = fmax((double)times[FIT_KEYS - 1] - middle, middle - (double)times[0]);
   for (int k = 0; k < FIT_KEYS; k++) {
@@ -526,21 +528,24 @@ static void fit_middle(const float *times, double weights[FIT_KEYS]) {
     for (int i = 0; i < 3; i++)
       for (int j = 0; j < 3; j++) m[i][j] += powers[i] * powers[j];
   }
-  for (int i = 0; i < 3; i++) /* Gauss: the matrix is positive definite */
+  for (int i = 0; i < 3; i++) { /* Gauss: the matrix is positive definite, but for rounding */
+    if (!(m[i][i] > SINGULAR)) return false;
     for (int row = 0; row < 3; row++) {
       if (row == i) continue;
       double factor = m[row][i] / m[i][i];
       for (int j = i; j < 4; j++) m[row][j] -= factor * m[i][j];
     }
+  }
   for (int k = 0; k < FIT_KEYS; k++)
     weights[k] = m[0][3] / m[0][0] + m[1][3] / m[1][1] * u[k] + m[2][3] / m[2][2] * u[k] * u[k];
+  return true;
 }
 
 /* The square of what the parabola leaves of the middle one of seven keys. off: [width] scratch, as sum. */
 static double leave(const samples *s, uint32_t first, double *off, double *sum) {
   uint32_t numbers = s->track->path == TW_ROTATION ? 3 : s->width;
   double weights[FIT_KEYS], square = 0;
-  fit_middle(s->track->times + first, weights);
+  if (!fit_middle(s->track->times + first, weights)) return 0;
   memset(sum, 0, numbers * sizeof *sum);
   for (uint32_t k = 0; k < FIT_KEYS; k++) {
     if (k == FIT_KEYS / 2) continue; /* 0 */

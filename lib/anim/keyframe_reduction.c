@@ -272,7 +272,7 @@ static uint32_t farthest(const reduction *r, uint32_t from) {
 static double worst_near(const reduction *r, const chord *chord, double low, double high) {
   static const double GOLDEN = 0.61803398874989485;
   double worst = 0;
-  for (int i = 0; i < REFINEMENTS; i++) {
+  for (int i = 0; i < REFINEMENTS && tw_work(2 * sample_work(r)); i++) {
     double left = high - GOLDEN * (high - low), right = low + GOLDEN * (high - low);
     double at_left = stray_at(r, chord, (float)left), at_right = stray_at(r, chord, (float)right);
     worst = fmax(worst, fmax(at_left, at_right));
@@ -285,8 +285,10 @@ static double worst_near(const reduction *r, const chord *chord, double low, dou
 }
 
 /* The largest error of a chord up to its end: at several places of each grid step on its way, then about the
- * worst of them if that is more than `least`. place: the first one of the grid after the chord's start. */
-static double measure(const reduction *r, const chord *chord, float end, uint32_t place, double least) {
+ * worst of them if that is more than `least` and at most `most`. place: the first one of the grid after the
+ * chord's start. */
+static double measure(const reduction *r, const chord *chord, float end, uint32_t place, double least,
+                      double most) {
   double worst = 0, low = 0, high = 0, last = chord->start, stop = (double)end;
   bool is_worst = false; /* the last place */
   while (last < stop && tw_work(PARTS_MEASURED * sample_work(r))) {
@@ -304,15 +306,15 @@ static double measure(const reduction *r, const chord *chord, float end, uint32_
       last = at;
     }
   }
-  return worst > least ? fmax(worst, worst_near(r, chord, low, high)) : worst;
+  return worst > least && worst <= most ? fmax(worst, worst_near(r, chord, low, high)) : worst;
 }
 
 /* The same of the chord from the last key to a time. A chord near half a turn may stray by as much. */
-static double measure_to(const reduction *r, float end, uint32_t place) {
+static double measure_to(const reduction *r, float end, uint32_t place, double most) {
   size_t last = r->keys.count - 1;
   tw_clip_sample(r->clip, r->index, &end, 1, r->ends);
   chord chord = chord_between(r, r->keys.times[last], r->keys.values + last * r->width, end, r->ends);
-  return is_short(&chord) ? measure(r, &chord, end, place, 0) : TW_PI;
+  return is_short(&chord) ? measure(r, &chord, end, place, 0, most) : TW_PI;
 }
 
 /* Adds the key at grid place `to`, after the one at `from`. Where the chord to it strays too far, first adds
@@ -324,12 +326,13 @@ static tw_status reach(reduction *r, uint32_t from, uint32_t to, tw_error *error
   while (status == TW_OK && start < goal) {
     float end = goal;
     while (r->grid.times[place] <= start) place++;
-    double strays = measure_to(r, end, place);
+    double strays = measure_to(r, end, place, r->tolerance);
     while (strays > r->tolerance) {
       float middle = (float)((double)start + ((double)end - (double)start) / 2);
-      if (!(middle > start && middle < end)) break; /* no float lies between */
-      end = middle;
-      strays = measure_to(r, end, place);
+      bool is_between = middle > start && middle < end; /* else no float is: the chord stays */
+      if (is_between) end = middle;
+      strays = measure_to(r, end, place, is_between ? r->tolerance : INFINITY);
+      if (!is_between) break;
     }
     r->reached = fmax(r->reached, strays);
     status = append(r, &r->keys, end, error);
@@ -344,7 +347,7 @@ static bool stays(reduction *r) {
   float start = r->grid.times[0], end = r->grid.times[count - 1];
   chord still = chord_between(r, start, grid_value(r, 0), end, grid_value(r, 0));
   if (!is_near(r, &still, 0, count)) return false;
-  double strays = measure(r, &still, end, 1, 0);
+  double strays = measure(r, &still, end, 1, 0, r->tolerance);
   if (strays <= r->tolerance) r->reached = strays;
   return strays <= r->tolerance;
 }
@@ -544,7 +547,7 @@ static double measure_step(const reduction *r, const tw_track_keys *keys, uint32
   const float *from = keys->values + (size_t)key * r->width;
   chord chord = chord_between(r, start, from, end, from + r->width);
   if (r->rotation && chord.arc.angle > TW_PI / 2 - HALF_TURN_ROOM) return TW_PI;
-  return measure(r, &chord, end, place, least);
+  return measure(r, &chord, end, place, least, INFINITY);
 }
 
 /* Adds steps of a segment for measuring, of which each is measured at several places. */

@@ -146,6 +146,13 @@ static void blend_rotations(blend *b, const layer_values *layer, const float *re
   for (uint32_t i = 0; i < of.count; i++) b->lengths[place_of(&of, i)] = lengths[i];
 }
 
+/* The difference of huge values may exceed the range of float; what lies between them does not. */
+static inline float blend_number(float mean, float value, float share) {
+  float blended = mean + (value - mean) * share;
+  if (fabsf(blended) <= FLT_MAX) return blended;
+  return (float)((double)mean + ((double)value - (double)mean) * (double)share);
+}
+
 static inline void blend_vectors(blend *b, const layer_values *layer, const float *shares, uint32_t width) {
   for (uint32_t i = 0; i < layer->count; i++) {
     if (shares[i] == 0) continue;
@@ -153,7 +160,7 @@ static inline void blend_vectors(blend *b, const layer_values *layer, const floa
     float *mean = b->means + b->step * place;
     const float *value = layer->values + layer->step * place;
     for (uint32_t k = 0; k < width; k++)
-      mean[k] = shares[i] == 1 ? value[k] : mean[k] + (value[k] - mean[k]) * shares[i];
+      mean[k] = shares[i] == 1 ? value[k] : blend_number(mean[k], value[k], shares[i]);
   }
 }
 
@@ -309,6 +316,14 @@ static void add_rotations(float *rotations, const layer_values *layer, const flo
   apply_turns(&all, layer, rotations);
 }
 
+/* The same of a sum, which ends at the range of float: weights may exceed it, too. */
+static inline float add_number(float number, float value, float reference, float weight) {
+  float sum = number + (value - reference) * weight;
+  if (fabsf(sum) <= FLT_MAX) return sum;
+  double exact = (double)number + ((double)value - (double)reference) * (double)weight;
+  return (float)fmax(-(double)FLT_MAX, fmin((double)FLT_MAX, exact));
+}
+
 /* references: as in add_rotations. */
 static void add_vectors(float *vectors, uint32_t width, const layer_values *layer, const float *references,
                         size_t step) {
@@ -317,11 +332,7 @@ static void add_vectors(float *vectors, uint32_t width, const layer_values *laye
     size_t place = place_of(layer, i);
     float weight = layer->weights[i], *vector = vectors + layer->step * place;
     const float *value = layer->values + layer->step * place, *reference = references + step * i;
-    for (uint32_t k = 0; k < width; k++) { /* weights may exceed the range of float */
-      float sum = vector[k] + (value[k] - reference[k]) * weight;
-      sum = sum < FLT_MAX ? sum : FLT_MAX;
-      vector[k] = sum > -FLT_MAX ? sum : -FLT_MAX;
-    }
+    for (uint32_t k = 0; k < width; k++) vector[k] = add_number(vector[k], value[k], reference[k], weight);
   }
 }
 

@@ -20,6 +20,7 @@ typedef struct rooting {
   tw_way_node top;         /* the carrier, where it is a node of the clip */
   tw_affine start_inverse; /* the inverse of W(0)'s linear part */
   double start[3];         /* w(0) */
+  bool is_negative[3];     /* the node's scales at time 0 */
   root_part *parts;        /* [tracks] */
 } rooting;
 
@@ -83,11 +84,21 @@ static void find_twist_of_uneven(double axes[3][3], double half[2]) {
   half[1] = (q[3] < 0 ? -q[1] : q[1]) * most;
 }
 
-static root_state state_of(const rooting *r, const tw_affine *world) {
+/* D(t). What the node's scales mirror since time 0 is left out: a rotation cannot tell it. */
+static tw_affine turn_since_start(const rooting *r, const tw_affine *world, const tw_trs *local) {
+  tw_affine turn = tw_affine_product(world, &r->start_inverse), own = *world;
+  if (tw_determinant3(turn.axes[0], turn.axes[1], turn.axes[2]) >= 0) return turn;
+  for (int i = 0; i < 3; i++)
+    if ((local->scale[i] < 0) != r->is_negative[i])
+      for (int k = 0; k < 3; k++) own.axes[i][k] = -own.axes[i][k];
+  return tw_affine_product(&own, &r->start_inverse);
+}
+
+static root_state state_of(const rooting *r, const tw_affine *world, const tw_trs *local) {
   root_state state = {{1, 0}, {0, 0, 0}};
   if (r->axes & TW_ROOT_YAW) {
     double half[2];
-    tw_affine turn = tw_affine_product(world, &r->start_inverse);
+    tw_affine turn = turn_since_start(r, world, local);
     (is_even(&turn) ? find_twist : find_twist_of_uneven)(turn.axes, half);
     double length = hypot(half[0], half[1]), size = tw_length3(turn.axes[0]);
     bool turns =
@@ -113,7 +124,7 @@ static root_moment moment_at(const tw_clip *clip, float time) {
   root_moment moment = {.parent = tw_way_parent_at(clip->parts[0], &r->way, time),
                         .local = tw_way_local_at(clip->parts[0], &r->way.own, time)};
   tw_affine own = tw_affine_of(&moment.local), world = tw_affine_product(&moment.parent, &own);
-  moment.root = state_of(r, &world);
+  moment.root = state_of(r, &world, &moment.local);
   return moment;
 }
 
@@ -215,6 +226,7 @@ static void start(const tw_clip *clip, rooting *r) {
   tw_trs local = tw_way_local_at(clip, &r->way.own, 0);
   tw_affine own = tw_affine_of(&local), world = tw_affine_product(&parent, &own);
   memcpy(r->start, world.at, sizeof r->start);
+  for (int i = 0; i < 3; i++) r->is_negative[i] = local.scale[i] < 0;
   r->start_inverse = TW_AFFINE_IDENTITY;
   for (int i = 0; i < 3; i++) {
     double column[3] = {0, 0, 0};

@@ -763,6 +763,25 @@ TEST_WITH(model_that_is_being_stored_has_its_summary, set_up_store, tear_down_st
   }
 }
 
+/* Another process has locks of its own: it finds the summary all the same, or it would make one without the
+ * name. */
+TEST_WITH(model_that_another_process_stores_has_its_summary, set_up_store, tear_down_store) {
+  fixture *f = *state, other = *f;
+  open_store(&other);
+  for (unsigned i = 0; i < WATCHED; i++) {
+    char *text = make_text(i, 100);
+    watched w = {.f = &other};
+    make_id(text, strlen(text), w.id);
+    pthread_t thread;
+    assert_int_equal(pthread_create(&thread, NULL, watch, &w), 0);
+    must_put(f, text);
+    pthread_join(thread, NULL);
+    assert_false(w.was_bare);
+    free(text);
+  }
+  srv_store_fs_close(other.opened);
+}
+
 /* ---- kill ------------------------------------------------------------------------------------ */
 
 enum { KILLS = 20, KILLED_SIZE = 200000 };

@@ -296,6 +296,20 @@ TEST_WITH(noise_is_what_a_parabola_leaves, setup, teardown) {
   assert_near(report->noise[2].rms, left, 1e-6);
 }
 
+/* Of seven keys six are at one time, as far as numbers tell: a parabola leads through whatever they have. */
+TEST_WITH(times_that_count_as_two_have_no_noise, setup, teardown) {
+  figure *f = *state;
+  float places[7][3];
+  for (int i = 0; i < 7; i++) {
+    f->times[i] = i < 6 ? 1e-30F * (float)i : 1;
+    for (int c = 0; c < 3; c++) places[i][c] = (float)(i * i % 5 + c);
+  }
+  tw_track_keys track = going(f, HIPS, places, 7);
+  const tw_clip_report *report = inspect(f, &track, 1, NULL, 0);
+  assert_int_equal(report->noise_count, 1);
+  assert_near(report->noise[0].rms, 0, 0);
+}
+
 TEST_WITH(a_key_that_leaps_out_and_back_is_a_pop, setup, teardown) {
   figure *f = *state;
   float head[KEYS][4];

@@ -11,6 +11,7 @@
 #include "tweend/format.h"
 #include "tweend/json_print.h"
 #include "tweend/model.h"
+#include "tweend/root_motion.h"
 #include "tweend/shape.h"
 
 enum { FACES = 100000 };
@@ -248,6 +249,67 @@ static tw_status judge_clip(const uint8_t *bytes, size_t size, tw_model **out) {
 
 TEST(judging_a_clip_ends_when_it_is_not_wanted) {
   assert_ends(judge_clip, NULL, 0);
+}
+
+static uint32_t keys_found;
+
+/* Finds keys for what is left of a node that turns on splines, flying far out between its keys, without its
+ * yaw. */
+static tw_status reduce_rooted(const uint8_t *bytes, size_t size, tw_model **out) {
+  enum { KEYS = 3 };
+  float times[KEYS], values[KEYS][3][3], turns[KEYS][3][4];
+  uint32_t seed = 4;
+  (void)bytes, (void)size;
+  for (int i = 0; i < KEYS; i++) {
+    float more[9];
+    times[i] = (float)i;
+    any_triangle(&seed, values[i][0]);
+    any_triangle(&seed, more);
+    for (int part = 0; part < 3; part++) {
+      for (int c = 0; c < 3; c++) values[i][part][c] = (part == 1 ? 1 : 1e3F) * (values[i][part][c] - 0.5F);
+      for (int c = 0; c < 3; c++) turns[i][part][c] = (part == 1 ? 1 : 1e3F) * (more[3 * part + c] - 0.5F);
+      turns[i][part][3] = part == 1;
+    }
+  }
+  tw_track_keys tracks[2] = {
+      {.path = TW_TRANSLATION, .width = 3, .values = values[0][0]},
+      {.path = TW_ROTATION, .width = 4, .values = turns[0][0], .form = TW_KEY_QUATERNION}};
+  for (int i = 0; i < 2; i++) {
+    tracks[i].interpolation = TW_CUBICSPLINE;
+    tracks[i].key_count = KEYS;
+    tracks[i].times = times;
+  }
+  const tw_clip_keys keys = {.track_count = 2, .tracks = tracks};
+  const tw_node node = {
+      .parent = TW_NO_INDEX, .mesh = TW_NO_INDEX, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
+  const tw_root_job job = {.nodes = &node, .node_count = 1, .axes = TW_ROOT_YAW, .carrier = TW_NO_INDEX};
+  tw_clip *clip, *rooted;
+  if (tw_clip_create(&keys, 1, -1, &clip, NULL) != TW_OK) return TW_INVALID;
+  if (tw_clip_take_root(clip, &job, &rooted, NULL) != TW_OK) return TW_INVALID;
+  tw_arena *arena = tw_arena_create();
+  tw_clip_keys reduced;
+  tw_tolerance reached;
+  uint64_t places = TW_REDUCTION_STEPS;
+  tw_status status = tw_clip_reduce(rooted, NULL, (tw_tolerance){1e-3, 1e-3}, 1u << 20, &places, arena,
+                                    &reduced, &reached, NULL);
+  if (status == TW_OK) keys_found = reduced.tracks[0].key_count + reduced.tracks[1].key_count;
+  tw_clip_destroy(rooted);
+  return ended(status, arena, out);
+}
+
+TEST(reducing_a_clip_without_keys_ends_when_it_is_not_wanted) {
+  assert_ends(reduce_rooted, NULL, 0);
+}
+
+/* A key takes one search for where the path strays most from its chord, of 48 samples. Chords that stray at
+ * places of the grid already are cut without one: there are four times as many. */
+TEST(only_chords_that_hold_are_searched_for_the_most_they_stray) {
+  enum { SAMPLES = 48, STEPS = 32, TRACKS = 4 }; /* of a sample; tracks that it asks for */
+  tw_status status;
+  uint64_t steps = read_within(reduce_rooted, NULL, 0, UINT64_MAX, &status);
+  assert_int_equal(status, TW_OK);
+  assert_true(keys_found > 1000);
+  assert_true(steps < (uint64_t)2 * SAMPLES * STEPS * TRACKS * keys_found);
 }
 
 /* Carries long tracks over to a skeleton with fewer bones, whose turns are products of several. */

@@ -378,6 +378,39 @@ TEST(layers_that_all_fade_out_are_blended_up_to_their_end) {
   end(m);
 }
 
+/* Values that differ by more than floats hold: the mean of two, and a part of their difference added. */
+TEST(what_lies_between_huge_values_is_found) {
+  static const float half = 0.5F, quarter = 0.25F;
+  static const float *const weights[] = {&half, &quarter};
+  static const float huge[2][3] = {{3e38F, -3e38F, 2e38F}, {-3e38F, 3e38F, 1e38F}};
+  for (int is_added = 0; is_added < 2; is_added++) {
+    seed = 10;
+    mixture *m = begin();
+    for (int i = 0; i < 2; i++) {
+      add(m, layer_of(is_added && i ? TW_LAYER_ADDITIVE : TW_LAYER_REPLACE, weights[i]), 1, 1);
+      for (uint32_t n = 0; n < NODES; n++)
+        for (int k = 0; k < KEYS; k++)
+          for (int axis = 0; axis < 3; axis++)
+            m->moves[i]->translations[n][k][axis] = (k == 0 && i ? -1 : 1) * huge[i][axis];
+      tw_clip_destroy(m->moves[i]->clip);
+      tw_clip_keys keys = {.track_count = m->moves[i]->count, .tracks = m->moves[i]->tracks};
+      assert_int_equal(tw_clip_create(&keys, NODES, -1, &m->moves[i]->clip, NULL), TW_OK);
+    }
+    mix(m);
+    tw_trs locals[NODES];
+    tw_clip_pose(m->clip, m->nodes, NODES, 1, locals);
+    for (uint32_t n = 0; n < NODES; n++)
+      for (int k = 0; k < 3; k++) {
+        double first = (double)huge[0][k], second = (double)huge[1][k];
+        double expected = is_added ? first + 2 * second / 4 : (2 * first + second) / 3;
+        double found = (double)(n % 3 ? locals[n].translation : locals[n].scale)[k];
+        assert_true(fabs(found - expected) < 1e-6 * 3e38);
+      }
+    assert_samples_are_poses(m);
+    end(m);
+  }
+}
+
 TEST(what_weights_take_beyond_the_range_of_floats_ends_there) {
   static const float most = 1e6F;
   seed = 9;

@@ -326,6 +326,11 @@ TEST(a_whole_turn_about_y_is_told) {
   assert_whole_turn(ARMATURE, tall);
 }
 
+TEST(a_turn_is_told_while_scales_change_their_signs) {
+  static const float mirrored[][3] = {{-1, -1, -1}, {-1, 1, 1}, {1, -0.5F, 1}, {1, 1, -2}, {-0.5F, -1, -2}};
+  for (size_t i = 0; i < sizeof mirrored / sizeof *mirrored; i++) assert_whole_turn(HIPS, mirrored[i]);
+}
+
 TEST(places_beyond_the_range_of_floats_end_there) {
   seed = 8;
   figure *f = make_figure(false);
