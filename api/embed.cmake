@@ -1,7 +1,6 @@
 # Writes a C file that holds a file: cmake -DINPUT=... -DOUTPUT=... -DNAME=... -P embed.cmake
 file(SHA256 "${INPUT}" hash)
-file(READ "${INPUT}" hex HEX)
-string(REGEX REPLACE "(................................)" "\\1\n" hex "${hex}")
-string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${hex}")
-file(WRITE "${OUTPUT}" "#include \"files.h\"\nstatic const unsigned char bytes[] = {\n${bytes}\n};\n"
-  "const api_file ${NAME} = {bytes, sizeof bytes, \"${hash}\"};\n")
+include("${CMAKE_CURRENT_LIST_DIR}/bytes.cmake")
+bytes_of(bytes "${INPUT}")
+file(WRITE "${OUTPUT}" "#include \"files.h\"\n${BYTES_HEAD}static const unsigned char bytes[] =\n${bytes};\n"
+  "const api_file ${NAME} = {bytes, sizeof bytes - 1, \"${hash}\"};\n")

@@ -10,7 +10,8 @@ file(REMOVE "${OUTPUT}.whole")
 file(MAKE_DIRECTORY "${FOLDER}")
 
 # Another build that shares FOLDER may have made the same.
-file(GLOB sources LIST_DIRECTORIES false "${SOURCE}/*" "${SOURCE}/../../api/client/*.js" "${CMAKE_CURRENT_LIST_FILE}")
+file(GLOB sources LIST_DIRECTORIES false "${SOURCE}/*" "${SOURCE}/../../api/client/*.js" "${SOURCE}/../../api/bytes.cmake"
+     "${CMAKE_CURRENT_LIST_FILE}")
 set(hashes "")
 foreach(source ${sources})
   file(SHA256 "${source}" hash)
@@ -42,13 +43,12 @@ else()
   endif()
 endif()
 
-# array(NAME FILE): adds the file's bytes to the C file, as the array NAME.
-set(code "#include \"page.h\"\n")
+# array(NAME FILE): adds the file's bytes to the C file, as the array NAME, with a 0 behind them.
+include("${CMAKE_CURRENT_LIST_DIR}/../api/bytes.cmake")
+set(code "#include \"page.h\"\n${BYTES_HEAD}")
 function(array name file)
-  file(READ "${file}" hex HEX)
-  string(REGEX REPLACE "(................................)" "\\1\n" hex "${hex}")
-  string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${hex}")
-  set(code "${code}static const unsigned char ${name}[] = {\n${bytes}\n};\n" PARENT_SCOPE)
+  bytes_of(bytes "${file}")
+  set(code "${code}static const unsigned char ${name}[] =\n${bytes};\n" PARENT_SCOPE)
 endfunction()
 
 # embed(NAME FILE [POLICY]): adds the file to the C file, as the api_page srv_NAME; with the brotli FILE.br where there is one.
@@ -64,9 +64,9 @@ function(embed name html)
   set(brotli "{0}")
   if(EXISTS "${html}.br")
     array(${name}_brotli "${html}.br")
-    set(brotli "{${name}_brotli, sizeof ${name}_brotli}")
+    set(brotli "{${name}_brotli, sizeof ${name}_brotli - 1}")
   endif()
-  string(APPEND code "const api_page srv_${name} = {{${name}, sizeof ${name}}, ${brotli}, \"${hash}\", ${policy}};\n")
+  string(APPEND code "const api_page srv_${name} = {{${name}, sizeof ${name} - 1}, ${brotli}, \"${hash}\", ${policy}};\n")
   set(code "${code}" PARENT_SCOPE)
 endfunction()
 

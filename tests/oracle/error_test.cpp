@@ -6,7 +6,6 @@
 #include <cstring>
 #include <functional>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "oracle.hpp"
@@ -52,66 +51,91 @@ inline double to_triangle(const point &p, const triangle &t) {
   return std::min({to_segment(p, t[0], t[1]), to_segment(p, t[1], t[2]), to_segment(p, t[2], t[0])});
 }
 
-// The longest side of the box around triangles.
-double extent_of(const std::vector<triangle> &triangles) {
-  double extent = 0;
-  for (size_t c = 0; c < 3; c++) {
-    double low = INFINITY, high = -INFINITY;
-    for (const triangle &t : triangles)
-      for (const point &p : t) {
-        low = std::min(low, p.v[c]);
-        high = std::max(high, p.v[c]);
-      }
-    extent = std::max(extent, high - low);
-  }
-  return extent;
-}
+struct box {
+  point low{{INFINITY, INFINITY, INFINITY}}, high{{-INFINITY, -INFINITY, -INFINITY}};
 
-// Triangles in cells of a grid.
-class triangle_grid {
-public:
-  explicit triangle_grid(std::vector<triangle> all) : triangles(std::move(all)) {
-    for (const triangle &t : triangles)
-      for (int i = 0; i < 3; i++) {
-        point side = t[static_cast<size_t>(i)] - t[static_cast<size_t>((i + 1) % 3)];
-        cell += std::sqrt(dot(side, side)) / (3.0 * static_cast<double>(triangles.size()));
-      }
-    cell = std::max(2 * cell, extent_of(triangles) / 20); // fewer cells on the way from far points
-    if (!(cell > 0)) cell = 1;
-    for (size_t i = 0; i < triangles.size(); i++) {
-      std::array<int, 3> low, high;
-      for (size_t c = 0; c < 3; c++) {
-        low[c] = place(std::min({triangles[i][0].v[c], triangles[i][1].v[c], triangles[i][2].v[c]}));
-        high[c] = place(std::max({triangles[i][0].v[c], triangles[i][1].v[c], triangles[i][2].v[c]}));
-      }
-      for (int x = low[0]; x <= high[0]; x++)
-        for (int y = low[1]; y <= high[1]; y++)
-          for (int z = low[2]; z <= high[2]; z++) cells[key(x, y, z)].push_back(i);
+  void add(const point &p) {
+    for (int c = 0; c < 3; c++) {
+      low.v[c] = std::min(low.v[c], p.v[c]);
+      high.v[c] = std::max(high.v[c], p.v[c]);
     }
   }
+  int longest_axis() const {
+    point side = high - low;
+    return static_cast<int>(std::max_element(side.v, side.v + 3) - side.v);
+  }
+  double square_from(const point &p) const {
+    point to;
+    for (int c = 0; c < 3; c++) to.v[c] = std::max({low.v[c] - p.v[c], 0.0, p.v[c] - high.v[c]});
+    return dot(to, to);
+  }
+};
 
-  double distance(const point &p) const {
+// Triangles, and boxes around halves of them, halves of the halves and so on.
+class triangle_tree {
+public:
+  explicit triangle_tree(std::vector<triangle> all) : triangles(std::move(all)), sorted(triangles) {
+    if (!sorted.empty()) add_node(0, sorted.size());
+  }
+
+  // How far a point is from the triangles. As soon as that is found to be less than `enough`, which is what
+  // the caller knows of another point that is farther, whatever is less than `enough` is returned.
+  double distance(const point &p, double enough) const {
     double best = INFINITY;
-    std::array<int, 3> at = {place(p.v[0]), place(p.v[1]), place(p.v[2])};
-    for (int r = 0; r < 64 && best > (r - 1) * cell; r++)
-      for (int x = -r; x <= r; x++)
-        for (int y = -r; y <= r; y++)
-          for (int z = -r; z <= r; z++) {
-            if (std::max({std::abs(x), std::abs(y), std::abs(z)}) != r) continue;
-            auto found = cells.find(key(at[0] + x, at[1] + y, at[2] + z));
-            if (found == cells.end()) continue;
-            for (size_t i : found->second) best = std::min(best, to_triangle(p, triangles[i]));
-          }
+    if (!nodes.empty()) look_into(0, p, enough, best);
     return best;
   }
 
   const std::vector<triangle> triangles;
 
 private:
-  int place(double x) const { return static_cast<int>(std::floor(x / cell)); }
-  double cell = 0;
-  static int64_t key(int x, int y, int z) { return x * (int64_t{1} << 42) + y * (int64_t{1} << 21) + z; }
-  std::unordered_map<int64_t, std::vector<size_t>> cells;
+  enum { LEAF_MAX = 4 };
+  struct node {
+    box bounds;
+    size_t first, last; // of sorted
+    size_t second;      // the second half, 0 for a leaf; the first half follows its parent
+  };
+
+  size_t add_node(size_t first, size_t last) {
+    size_t at = nodes.size();
+    node made{{}, first, last, 0};
+    for (size_t i = first; i < last; i++)
+      for (const point &p : sorted[i]) made.bounds.add(p);
+    nodes.push_back(made);
+    if (last - first <= LEAF_MAX) return at;
+    auto where = [axis = made.bounds.longest_axis()](const triangle &t) {
+      return t[0].v[axis] + t[1].v[axis] + t[2].v[axis];
+    };
+    size_t middle = first + (last - first) / 2;
+    auto begin = sorted.begin();
+    std::nth_element(begin + static_cast<ptrdiff_t>(first), begin + static_cast<ptrdiff_t>(middle),
+                     begin + static_cast<ptrdiff_t>(last),
+                     [&](const triangle &a, const triangle &b) { return where(a) < where(b); });
+    add_node(first, middle);
+    size_t second = add_node(middle, last);
+    nodes[at].second = second;
+    return at;
+  }
+
+  // The nearer half first: what is found there mostly rules the other half out.
+  void look_into(size_t at, const point &p, double enough, double &best) const {
+    const node &here = nodes[at];
+    if (here.second == 0) {
+      for (size_t i = here.first; i < here.last; i++) best = std::min(best, to_triangle(p, sorted[i]));
+      return;
+    }
+    std::array<std::pair<double, size_t>, 2> halves;
+    for (size_t half = 0; half < 2; half++) {
+      size_t child = half == 0 ? at + 1 : here.second;
+      halves[half] = {nodes[child].bounds.square_from(p), child};
+    }
+    if (halves[1] < halves[0]) std::swap(halves[0], halves[1]);
+    for (const auto &[square, child] : halves)
+      if (!(best < enough) && square < best * best) look_into(child, p, enough, best);
+  }
+
+  std::vector<triangle> sorted;
+  std::vector<node> nodes;
 };
 
 // The triangles of a level as answers have them. diagonal: which one cuts quads.
@@ -170,33 +194,33 @@ std::vector<triangle> limit_of(const Cage &cage, tw_surface_options options, uin
   return out;
 }
 
-// The greatest distance of some points of a triangle from other triangles.
-double distance_of(const triangle &t, const triangle_grid &from, std::mt19937 &random) {
+// The greatest distance of some points of a triangle from other triangles, or what is less than `enough`.
+double distance_of(const triangle &t, const triangle_tree &from, double enough, std::mt19937 &random) {
   std::uniform_real_distribution<double> share(0, 1);
   double most = 0;
   for (const point &p : {t[0], t[1], t[2], along(t[0], t[1], 0.5), along(t[1], t[2], 0.5),
                          along(along(t[0], t[1], share(random)), t[2], share(random))})
-    most = std::max(most, from.distance(p));
+    most = std::max(most, from.distance(p, std::max(most, enough)));
   return most;
 }
 
 // The greatest distance of triangles from others: of corners all over the surface, then ever closer around
 // the farthest of these, as triangles that are beside each other mostly follow each other.
-double farthest_of(const std::vector<triangle> &triangles, const triangle_grid &from, std::mt19937 &random) {
+double farthest_of(const std::vector<triangle> &triangles, const triangle_tree &from, std::mt19937 &random) {
   const size_t ALL_OVER = 400, FOLLOWED = 5;
-  std::vector<std::pair<double, size_t>> found;
+  std::vector<std::pair<double, size_t>> found; // the farthest first
   size_t step = std::max<size_t>(1, triangles.size() / ALL_OVER);
-  for (size_t i = 0; i < triangles.size(); i += step)
-    found.emplace_back(from.distance(triangles[i][random() % 3]), i);
-  size_t followed = std::min(FOLLOWED, found.size());
-  std::partial_sort(found.begin(), found.begin() + static_cast<ptrdiff_t>(followed), found.end(),
-                    std::greater<>());
-  found.resize(followed);
+  for (size_t i = 0; i < triangles.size(); i += step) {
+    double enough = found.size() < FOLLOWED ? 0 : found.back().first;
+    std::pair<double, size_t> next{from.distance(triangles[i][random() % 3], enough), i};
+    found.insert(std::upper_bound(found.begin(), found.end(), next, std::greater<>()), next);
+    if (found.size() > FOLLOWED) found.pop_back();
+  }
   for (auto &best : found) {
-    best.first = std::max(best.first, distance_of(triangles[best.second], from, random));
+    best.first = std::max(best.first, distance_of(triangles[best.second], from, best.first, random));
     for (size_t near = (step + 1) / 2, at = best.second; near > 0; near /= 2, at = best.second)
       for (size_t i : {at - std::min(at, near), std::min(at + near, triangles.size() - 1)})
-        best = std::max(best, {distance_of(triangles[i], from, random), i});
+        best = std::max(best, {distance_of(triangles[i], from, best.first, random), i});
   }
   return std::max_element(found.begin(), found.end())->first;
 }
@@ -248,7 +272,7 @@ void compare(const Cage &cage, tw_surface_options options, std::mt19937 &random,
     all.failure = cage.name + ": " + error.detail;
     return;
   }
-  const triangle_grid limit(limit_of(cage, options, depth));
+  const triangle_tree limit(limit_of(cage, options, depth));
   if (limit.triangles.empty()) return;
   all.cages++;
   double found[LEVELS + 1];
@@ -258,7 +282,7 @@ void compare(const Cage &cage, tw_surface_options options, std::mt19937 &random,
     if (tw_surface_create(&view.mesh, &options, &surface, &error) != TW_OK) return;
     found[level] = 0;
     for (uint32_t diagonal = 0; diagonal < (level > 0 ? 2u : 1u); diagonal++) {
-      const triangle_grid answer(triangles_of(surface, diagonal));
+      const triangle_tree answer(triangles_of(surface, diagonal));
       found[level] = std::max({found[level], farthest_of(limit.triangles, answer, random),
                                farthest_of(answer.triangles, limit, random)});
     }
@@ -364,12 +388,12 @@ void scan(const std::string &name, const Cage &cage, const scan_wish &of) {
   for (options.level = of.first; options.level <= of.last && failure.empty(); options.level++) {
     tw_surface *surface;
     if (tw_surface_create(&view.mesh, &options, &surface, &error) != TW_OK) break;
-    const triangle_grid limit(limit_of(cage, options, options.level + DEEPER));
+    const triangle_tree limit(limit_of(cage, options, options.level + DEEPER));
     double found = 0;
     for (const triangle &t : triangles_of(surface, 0))
       for (const point &p : {t[0], along(t[0], t[1], 0.5), along(t[1], t[2], 0.5),
                              along(along(t[0], t[1], 0.5), t[2], 1. / 3)})
-        found = std::max(found, limit.distance(p));
+        found = std::max(found, limit.distance(p, found));
     tw_surface_destroy(surface);
     loosest = std::max(loosest, told[options.level] / found);
     std::printf("# level %u: told %.6g, found %.6g\n", options.level, told[options.level], found);

@@ -258,11 +258,11 @@ static tw_cage_changes look(const tw_mesh *mesh, const tw_mesh *read, const uint
 /* ---- tests ------------------------------------------------------------------------------------ */
 
 TEST(what_a_file_without_tags_makes_of_a_cage_is_told) {
-  enum { ROUNDS = 4000 };
+  const uint32_t rounds = 4000 / test_stride();
   rough *r = malloc(sizeof *r);
   uint32_t told[4] = {0}, same = 0, compared = 0;
   assert_non_null(r);
-  for (uint32_t round = 0; round < ROUNDS; round++) {
+  for (uint32_t round = 0; round < rounds; round++) {
     static uint32_t corners[3 * CORNERS_MAX];
     tw_polygons polygons = round % 2 ? TW_POLYGONS_NGON : TW_POLYGONS_TRIANGLES;
     tw_cage_changes said;
@@ -287,17 +287,17 @@ TEST(what_a_file_without_tags_makes_of_a_cage_is_told) {
     }
     round_trip_deinit(&trip);
   }
-  assert_true(compared > ROUNDS / 2 && same > ROUNDS / 100);
-  for (uint32_t i = 0; i < 4; i++) assert_true(told[i] > ROUNDS / 100);
+  assert_true(compared > rounds / 2 && same > rounds / 100);
+  for (uint32_t i = 0; i < 4; i++) assert_true(told[i] > rounds / 100);
   free(r);
 }
 
 TEST(a_file_with_tags_keeps_a_cage) {
-  enum { ROUNDS = 2000 };
+  const uint32_t rounds = 2000 / test_stride();
   rough *r = malloc(sizeof *r);
   uint32_t told = 0;
   assert_non_null(r);
-  for (uint32_t round = 0; round < ROUNDS; round++) {
+  for (uint32_t round = 0; round < rounds; round++) {
     uint32_t corners[CORNERS_MAX];
     make_rough(r);
     round_trip trip = write_and_read(&r->mesh, TW_POLYGONS_NGON, true);
@@ -310,6 +310,6 @@ TEST(a_file_with_tags_keeps_a_cage) {
     told += trip.tells_values;
     round_trip_deinit(&trip);
   }
-  assert_true(told > ROUNDS / 100 && told < ROUNDS);
+  assert_true(told > rounds / 100 && told < rounds);
   free(r);
 }

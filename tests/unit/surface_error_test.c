@@ -198,11 +198,12 @@ TEST(noisy_scans_are_told_as_closely_without_room_as_with_it) {
 /* Wherever the work is called off, it ends, and what was not found is not read. */
 TEST(errors_end_when_they_are_no_longer_wanted) {
   const tw_error_wish wish = {.level_max = 2, .enough = 1e-4, .faces_max = 1024};
+  const uint32_t closeness = is_sanitized() ? 3 : 16;
   cage *c = noisy_torus(5);
   for (int limit = 0; limit < 2; limit++) {
     const tw_surface_options options = {.limit = limit};
     tw_status status = TW_CANCELLED;
-    for (uint32_t asked = 0; status != TW_OK; asked += 1 + asked / 16) {
+    for (uint32_t asked = 0; status != TW_OK; asked += 1 + asked / closeness) {
       double errors[LEVELS];
       uint32_t left = asked;
       tw_meter meter;
