@@ -1033,7 +1033,8 @@ export type Edit = {
   /** @constant */
   edit: "merge";
   vertices: VertexSelection;
-  /** Merges vertices within this distance; default: merges all. */
+  /** Merges vertices within this distance, each into the first of them, whose joints, weights and displacements
+   * stay; a warning tells of others that are lost. Default: merges all, into their mean. */
   distance?: number;
   /** Position of the merged vertex; default: the mean. */
   to?: number[];
@@ -1058,8 +1059,9 @@ export type Edit = {
   /** @constant */
   edit: "mirror";
   axis: "x" | "y" | "z";
-  /** Vertices within this distance of the plane are moved onto it and merged with their image; `false` or a
-   * negative number: none; `true`: the default. Default: 0.000001. */
+  /** Vertices within this distance of the plane are moved onto it and merged with their image; displacements of
+   * morph targets do not lead them off it. `false` or a negative number: none; `true`: the default. Default:
+   * 0.000001. */
   weld?: number | boolean;
   name?: string;
   /** Default: false. */

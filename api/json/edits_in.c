@@ -472,6 +472,7 @@ tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_
   const api_making *making = call->making;
   tw_edit *edits;
   uint32_t count, named;
+  tw_edit_losses losses;
   tw_status status = read_edits(array, &edits, &count);
   if (status == TW_OK) status = enter_frames(array, call->mesh->origin, edits, count);
   if (status != TW_OK) return status;
@@ -487,14 +488,14 @@ tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_
                                    .work = EDITS_OF_MOST * room,
                                    .parallel = making->parallel};
     status = tw_mesh_edit(call->mesh, call->model, edits, count, &limits, json->arena, out, list, &named,
-                          json->error);
+                          &losses, json->error);
     if (room == most) break;
     room *= 8;
   } while (status == TW_LIMIT);
   if (status == TW_NO_MEMORY || status == TW_CANCELLED) return status;
   if (status != TW_OK) return api_json_fail_within(array, status);
   if (!done) return TW_OK;
-  *done = (api_edits_done){.made = list, .made_count = named};
+  *done = (api_edits_done){.made = list, .made_count = named, .losses = losses};
   for (uint32_t i = 0; i < count; i++) done->has_mirrored |= edits[i].kind == TW_EDIT_MIRROR;
   return TW_OK;
 }

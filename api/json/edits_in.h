@@ -24,6 +24,7 @@ typedef struct api_edits_done {
   const tw_made *made; /* [made_count] what the named edits made */
   uint32_t made_count;
   bool has_mirrored; /* one of them was a mirror */
+  tw_edit_losses losses;
 } api_edits_done;
 
 /* Reads a list of edits and applies it. *out, and what done has: in the arena of the array's reader. done: or

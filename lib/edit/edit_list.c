@@ -129,8 +129,9 @@ static tw_status hand_out_named(const tw_editor *e, tw_arena *arena, tw_made *ma
 
 tw_status tw_mesh_edit(const tw_mesh *mesh, const tw_model *model, const tw_edit *edits, uint32_t edit_count,
                        const tw_edit_limits *limits, tw_arena *arena, tw_mesh *out, tw_made *made,
-                       uint32_t *made_count, tw_error *error) {
+                       uint32_t *made_count, tw_edit_losses *losses, tw_error *error) {
   if (made) *made_count = 0;
+  if (losses) *losses = (tw_edit_losses){0};
   if (edit_count == 0) {
     *out = *mesh;
     return TW_OK;
@@ -146,6 +147,7 @@ tw_status tw_mesh_edit(const tw_mesh *mesh, const tw_model *model, const tw_edit
       e.arena && e.scratch && e.named ? apply_all(&e, edits, edit_count) : tw_editor_no_memory(&e);
   if (status == TW_OK && made) status = hand_out_named(&e, arena, made, made_count);
   if (status == TW_OK) status = tw_editor_copy(&e, arena, out);
+  if (losses) *losses = e.losses;
   tw_editor_deinit(&e);
   return status;
 }

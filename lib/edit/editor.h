@@ -44,6 +44,7 @@ typedef struct tw_editor {
   tw_named *named;        /* room for one for each edit; malloc'ed, as it outlives arenas */
   bool is_named;          /* the current edit's name has been given to what it made */
   tw_hole_work hole_work; /* done so far */
+  tw_edit_losses losses;
   tw_error *error;
 } tw_editor;
 

@@ -45,12 +45,23 @@ static bool put_points(mirror *m) {
   return true;
 }
 
-/* Mirrors the images' morph displacements. first: the first point that is an image. */
-static void turn_morphs(tw_editor *e, int axis, uint32_t first) {
-  for (uint32_t i = 0; i < e->mesh.morph_count; i++) {
-    float *displacements = (float *)e->mesh.morphs[i];
-    for (size_t p = first; p < e->mesh.point_count; p++) displacements[3 * p + (size_t)axis] *= -1;
+/* Mirrors the displacements of an image, and keeps those of a point on the plane there: the point is its own
+ * image. Returns whether that changes one of the latter. */
+static bool turn_displacements(const tw_mesh *mesh, size_t point, int axis, bool is_image) {
+  bool is_flattened = false;
+  for (uint32_t i = 0; i < mesh->morph_count; i++) {
+    float *displacement = (float *)mesh->morphs[i] + 3 * point + axis;
+    is_flattened |= !is_image && *displacement != 0;
+    *displacement = is_image ? -*displacement : 0;
   }
+  return is_flattened;
+}
+
+/* first: the first point that is an image. All points on the plane are exactly there by now. */
+static void turn_morphs(tw_editor *e, int axis, bool welds, uint32_t first) {
+  for (uint32_t p = 0; p < e->mesh.point_count; p++)
+    if (p >= first || (welds && tw_editor_point(e, p)[axis] == 0))
+      e->losses.flattened += turn_displacements(&e->mesh, p, axis, p >= first);
 }
 
 tw_status tw_edit_mirror(tw_editor *editor) {
@@ -84,6 +95,6 @@ tw_status tw_edit_mirror(tw_editor *editor) {
   for (uint32_t f = 0; f < m.t->face_count; f++)
     if (!m.is_flat[f]) tw_change_turn_face(&m.change, f, m.images, TW_CHANGE_MADE);
   status = tw_editor_apply(editor, &m.change);
-  if (status == TW_OK) turn_morphs(editor, edit->mirror.axis, first);
+  if (status == TW_OK) turn_morphs(editor, edit->mirror.axis, edit->mirror.weld >= 0, first);
   return status;
 }

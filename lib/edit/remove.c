@@ -151,6 +151,7 @@ static tw_status join_near(remover *r, const uint32_t *list, uint32_t count, dou
   for (uint32_t i = 0; i < count; i++) {
     if (point_of[i] == next) first[next++] = list[i];
     r->becomes[list[i]] = first[point_of[i]];
+    r->editor->losses.bent += !tw_mesh_points_move_alike(&r->editor->mesh, list[i], first[point_of[i]]);
   }
   bool parted[TW_ATTRIBUTES_MAX];
   tw_status status =

@@ -378,6 +378,10 @@ static int compare_points(const void *context, uint32_t a, uint32_t b) {
   return order;
 }
 
+bool tw_mesh_points_move_alike(const tw_mesh *mesh, uint32_t a, uint32_t b) {
+  return compare_points(mesh, a, b) == 0;
+}
+
 static tw_soup soup_of(const tw_mesh *mesh) {
   return (tw_soup){.vertex_count = mesh->point_count,
                    .positions = mesh->positions,
@@ -419,7 +423,8 @@ static uint32_t count_bent(const tw_mesh *mesh, const uint32_t *point_of, uint32
   uint32_t bent = 0;
   if (!mesh->skin.joints && mesh->morph_count == 0) return 0;
   for (uint32_t p = mesh->point_count; p-- > 0;) first[point_of[p]] = p;
-  for (uint32_t p = 0; p < mesh->point_count; p++) bent += compare_points(mesh, p, first[point_of[p]]) != 0;
+  for (uint32_t p = 0; p < mesh->point_count; p++)
+    bent += !tw_mesh_points_move_alike(mesh, p, first[point_of[p]]);
   return bent;
 }
 

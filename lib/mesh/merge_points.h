@@ -44,6 +44,9 @@ void tw_mesh_drop_points(tw_mesh *mesh, uint32_t *had_face);
  * tw_mesh_close_seams makes one. O(corners + n log n) with n corners at seams. TW_NO_MEMORY. */
 tw_status tw_mesh_has_equal_seams(const tw_mesh *mesh, const tw_channel *channel, bool *out);
 
+/* Whether two points have the same joints, weights and displacements. */
+bool tw_mesh_points_move_alike(const tw_mesh *mesh, uint32_t a, uint32_t b);
+
 /* Merges points within a distance of each other as tw_weld_within does; 0 merges points at the same place.
  * Tags follow their points and faces; attributes and texture coordinates as in tw_mesh_close_seams, but equal
  * ones become one only at points that several old points become. */

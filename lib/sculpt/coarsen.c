@@ -31,6 +31,7 @@ typedef struct coarsening {
   uint32_t *number_of; /* [child vertices] the parents' vertex at each; NONE: there is none */
   bool is_ambiguous;
   uint32_t parted;         /* parents whose children differ, as in tw_coarsened */
+  uint32_t untagged;       /* as in tw_coarsened */
   uint32_t misfit;         /* a face of the child's where its connectivity is not that of a step */
   double *strays;          /* as in tw_coarsened */
   uint32_t levels;         /* steps taken back before this one */
@@ -76,24 +77,102 @@ static float before_decay(float sharpness) {
   return tw_is_infinite(sharpness) ? sharpness : fminf(sharpness + 1, nextafterf(TW_SHARPNESS_INFINITE, 0));
 }
 
-/* The lesser sharpness of the two halves of the parent's edge that begins at a corner. A crease on the
- * parent's edge makes both halves sharp. */
-static float least_half(const coarsening *s, const parents *p, uint32_t corner) {
-  const tw_topology *t = &s->child.topology;
-  uint32_t origin = p->faces.origins[corner],
-           end = tw_corner_previous(t, p->faces.origins[tw_corner_next(&p->topology, corner)]);
-  return fminf(t->edge_sharpness[t->corner_edge[origin]], t->edge_sharpness[t->corner_edge[end]]);
+/* The edges of the child that are the halves of a parent's edge, in the order of its ends. */
+static void halves_of(const coarsening *s, const parents *p, uint32_t edge, uint32_t halves[2]) {
+  const tw_topology *t = &s->child.topology, *coarse = &p->topology;
+  uint32_t corner = coarse->edge_corner[edge], origin = p->faces.origins[corner],
+           end = tw_corner_previous(t, p->faces.origins[tw_corner_next(coarse, corner)]);
+  bool is_first = coarse->corner_vertex[corner] == coarse->edge_vertices[edge][0];
+  halves[is_first ? 0 : 1] = t->corner_edge[origin];
+  halves[is_first ? 1 : 0] = t->corner_edge[end];
 }
 
-static void sharpen(const coarsening *s, parents *p) {
+/* What is known of the sharpness of the parents' edges while Chaikin's rule is taken back. */
+typedef struct unsharpening {
+  const tw_topology *coarse;
+  float (*halves)[2]; /* [edges] sharpness of the halves, in the order of edge_vertices */
+  float *creases;     /* [edges] */
+  uint8_t *is_known;  /* [edges] whether creases has the parent's */
+} unsharpening;
+
+/* Whether Chaikin's rule tells of the parent's edge: it was semi-sharp if one of its halves still is. */
+static bool was_semi_sharp(const unsharpening *u, uint32_t edge) {
+  const float *halves = u->halves[edge];
+  return tw_is_semi_sharp(fmaxf(halves[0], halves[1]));
+}
+
+/* Solves Chaikin's rule at a vertex of `count` semi-sharp edges for those whose halves there are sharp: each
+ * half is 3/4 of its edge and 1/4 of the mean of the others, less 1. The other edges must be known. Returns
+ * whether it finds out about another edge. */
+static bool solve_vertex(unsharpening *u, uint32_t vertex) {
+  const tw_topology *t = u->coarse;
+  double sum = 0, known = 0;
+  uint32_t count = 0, there = 0, unknown = 0;
+  for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++) {
+    uint32_t edge = t->ring_edges[i];
+    if (!was_semi_sharp(u, edge)) continue;
+    float half = u->halves[edge][t->edge_vertices[edge][0] == vertex ? 0 : 1];
+    count++;
+    if (!(half > 0) && !u->is_known[edge]) return false;
+    there += half > 0;
+    unknown += half > 0 && !u->is_known[edge];
+    if (half > 0)
+      sum += (double)half;
+    else
+      known += (double)u->creases[edge];
+  }
+  if (unknown == 0) return false;
+  double share = count > 1 ? 0.25 / (count - 1) : 0, own = count > 1 ? 0.75 : 1;
+  double all = known + (sum + there - share * there * known) / (own + share * (there - 1.0));
+  for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++) {
+    uint32_t edge = t->ring_edges[i];
+    float half = u->halves[edge][t->edge_vertices[edge][0] == vertex ? 0 : 1];
+    if (!was_semi_sharp(u, edge) || u->is_known[edge] || !(half > 0)) continue;
+    double before = ((double)half + 1 - share * all) / (own - share);
+    u->creases[edge] = (float)fmax(0, fmin(before, (double)nextafterf(TW_SHARPNESS_INFINITE, 0)));
+    u->is_known[edge] = 1;
+  }
+  return true;
+}
+
+/* Takes Chaikin's rule back. An edge whose sharpness its neighbours leave open keeps what uniform decay says.
+ * A pass over the vertices takes a value further by an edge at least. */
+static tw_status unsharpen(const coarsening *s, parents *p, float (*halves)[2]) {
+  unsharpening u = {&p->topology, halves, p->creases, NULL};
+  u.is_known = tw_arena_alloc(s->scratch, p->topology.edge_count, 1);
+  if (!u.is_known) return TW_NO_MEMORY;
+  enum { PASSES_MAX = 16 };
+  bool goes_on = true;
+  for (int pass = 0; goes_on && pass < PASSES_MAX; pass++) {
+    goes_on = false;
+    for (uint32_t v = 0; v < p->topology.vertex_count; v++) goes_on |= solve_vertex(&u, v);
+  }
+  return TW_OK;
+}
+
+/* A crease on the parent's edge makes both halves sharp, but for Chaikin's rule, under which one may have
+ * decayed. */
+static tw_status sharpen(const coarsening *s, parents *p) {
   tw_topology *coarse = &p->topology;
   const tw_topology *t = &s->child.topology;
+  float(*halves)[2] = tw_arena_alloc(s->scratch, coarse->edge_count, sizeof *halves);
+  if (!halves) return TW_NO_MEMORY;
+  for (uint32_t e = 0; e < coarse->edge_count; e++) {
+    uint32_t edges[2];
+    if (coarse->edge_flags[e] & TW_EDGE_BORDER) continue;
+    halves_of(s, p, e, edges);
+    for (int end = 0; end < 2; end++) halves[e][end] = t->edge_sharpness[edges[end]];
+    float least = fminf(halves[e][0], halves[e][1]), most = fmaxf(halves[e][0], halves[e][1]);
+    p->creases[e] = before_decay(s->rules.chaikin && !(least > 0) && tw_is_semi_sharp(most) ? most : least);
+  }
+  tw_status status = s->rules.chaikin ? unsharpen(s, p, halves) : TW_OK;
+  if (status != TW_OK) return status;
   for (uint32_t e = 0; e < coarse->edge_count; e++)
-    if (!(coarse->edge_flags[e] & TW_EDGE_BORDER))
-      coarse->edge_sharpness[e] = p->creases[e] = before_decay(least_half(s, p, coarse->edge_corner[e]));
+    if (!(coarse->edge_flags[e] & TW_EDGE_BORDER)) coarse->edge_sharpness[e] = p->creases[e];
   for (uint32_t v = 0; v < coarse->vertex_count; v++)
     coarse->vertex_sharpness[v] = before_decay(t->vertex_sharpness[p->vertices[v]]);
   tw_topology_sharpen(coarse, s->options.boundary == TW_BOUNDARY_EDGE_AND_CORNER);
+  return TW_OK;
 }
 
 static tw_status make_parents(coarsening *s, const tw_piece *piece, tw_arena *arena, parents *p) {
@@ -111,7 +190,8 @@ static tw_status make_parents(coarsening *s, const tw_piece *piece, tw_arena *ar
   if (status != TW_OK) return status;
   p->creases = tw_arena_alloc(arena, p->topology.edge_count, sizeof *p->creases);
   if (!p->creases) return TW_NO_MEMORY;
-  sharpen(s, p);
+  status = sharpen(s, p);
+  if (status != TW_OK) return status;
   return s->rules.chaikin ? tw_topology_sum_semi(&p->topology, arena) : TW_OK;
 }
 
@@ -351,8 +431,44 @@ static bool make_faces(coarsening *s, const parents *p, tw_mesh *out) {
   return tw_mesh_take_faces(out, s->mesh, first, t->face_count, s->arena) == TW_OK;
 }
 
-static bool make_tags(const coarsening *s, const parents *p, tw_mesh *out) {
+/* How far sharpness may be off after a step: it is rounded where it is solved for. */
+static const float SHARPNESS_ROUNDED = 1e-3f;
+
+static bool is_as_sharp(float a, float b) {
+  return tw_is_infinite(a) || tw_is_infinite(b) ? tw_is_infinite(a) == tw_is_infinite(b)
+                                                : fabsf(a - b) <= SHARPNESS_ROUNDED;
+}
+
+/* Counts the tagged edges and points of the child that a step would not give the same sharpness: those that
+ * are not on the parents' edges or at their points, and edges whose other half is sharp otherwise. */
+static bool count_untagged(coarsening *s, const parents *p) {
+  const tw_topology *t = &s->child.topology, *coarse = &p->topology;
+  uint8_t *edges = tw_arena_alloc(s->scratch, t->edge_count, 1);
+  uint8_t *points = tw_arena_alloc(s->scratch, t->vertex_count, 1);
+  if (!edges || !points) return false;
+  for (uint32_t e = 0; e < coarse->edge_count; e++) {
+    uint32_t halves[2];
+    halves_of(s, p, e, halves);
+    for (int end = 0; end < 2; end++) {
+      uint32_t vertex = coarse->edge_vertices[e][end];
+      bool sums = coarse->semi_sum != NULL;
+      float left = tw_decayed_edge(coarse->edge_sharpness[e], sums, sums ? coarse->semi_sum[vertex] : 0,
+                                   sums ? coarse->semi_count[vertex] : 0);
+      edges[halves[end]] = is_as_sharp(left, t->edge_sharpness[halves[end]]);
+    }
+  }
+  for (uint32_t v = 0; v < coarse->vertex_count; v++) points[p->vertices[v]] = 1;
+  for (uint32_t e = 0; e < t->edge_count; e++)
+    s->untagged +=
+        t->edge_sharpness[e] > 0 && !edges[e] && !(t->edge_flags[e] & (TW_EDGE_BORDER | TW_EDGE_NONMANIFOLD));
+  for (uint32_t v = 0; v < t->vertex_count; v++)
+    s->untagged += t->vertex_sharpness[v] > 0 && !points[v] && !(t->vertex_flags[v] & TW_VERTEX_NONMANIFOLD);
+  return true;
+}
+
+static bool make_tags(coarsening *s, const parents *p, tw_mesh *out) {
   const tw_topology *t = &p->topology;
+  if (!count_untagged(s, p)) return false;
   uint32_t *edges = tw_arena_alloc_raw(s->arena, t->edge_count, 2 * sizeof *edges);
   float *edge_sharpness = tw_arena_alloc_raw(s->arena, t->edge_count, sizeof *edge_sharpness);
   uint32_t *points = tw_arena_alloc_raw(s->arena, t->vertex_count, sizeof *points);
@@ -571,6 +687,7 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
     out->strays = fmax(out->strays, strays);
     out->is_ambiguous |= s.is_ambiguous;
     out->parted += s.parted;
+    out->untagged += s.untagged;
   }
   tw_status status = tw_mesh_check(&out->mesh, error, NULL); /* solved points may be too far away */
   if (status != TW_OK || out->fits) return status;

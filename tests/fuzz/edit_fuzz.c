@@ -137,7 +137,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size) {
   for (uint32_t i = 0; i < edit_count; i++) edits[i] = take_edit(&s, &mesh, list->indices[i], list->cuts[i]);
   take_corner_values(&s, own, &mesh);
   if (tw_mesh_check(&mesh, NULL, NULL) == TW_OK &&
-      tw_mesh_edit(&mesh, &model, edits, edit_count, &limits, arena, &out, made, &made_count, NULL) ==
+      tw_mesh_edit(&mesh, &model, edits, edit_count, &limits, arena, &out, made, &made_count, NULL, NULL) ==
           TW_OK) {
     for (uint32_t i = 0; i < made_count; i++) {
       check_ascending(made[i].faces, made[i].face_count, out.face_count);

@@ -209,7 +209,8 @@ static void clean(const tw_model *model, tw_mesh mesh, tw_arena *arena) {
     tw_made made;
     uint32_t made_count = 0;
     tw_surface_counts counts;
-    if (tw_mesh_edit(&mesh, model, &edits[i], 1, &limits, arena, &next, &made, &made_count, NULL) != TW_OK)
+    if (tw_mesh_edit(&mesh, model, &edits[i], 1, &limits, arena, &next, &made, &made_count, NULL, NULL) !=
+        TW_OK)
       continue;
     check_made(&next, TW_CATMULL_CLARK, 1, &counts);
     mesh = next;

@@ -494,6 +494,19 @@ TEST_WITH(images_that_follow_the_joints_of_the_other_side_are_told, loopback_set
   reply_free(&r);
 }
 
+TEST_WITH(merged_points_that_move_otherwise_are_told, loopback_setup, loopback_teardown) {
+  char id[API_ID_TEXT], other[sizeof flag];
+  memcpy(other, flag, sizeof flag);
+  char *target = strstr(other, "'targets':[{'POSITION':4");
+  assert_non_null(target);
+  target[strlen("'targets':[{'POSITION':")] = '0'; /* displaced by as much as the points' coordinates */
+  loopback_upload(*state, "model/gltf+json", other, id);
+  reply r = post_edits(*state, id, "{'edits':[{'edit':'merge','vertices':[0,1],'distance':10}]}");
+  assert_int_equal(r.status, 201);
+  assert_non_null(strstr(reply_header(&r, "X-Tweend-Warning"), "merged%20with%20one%20of%20other%20joints"));
+  reply_free(&r);
+}
+
 TEST_WITH(a_store_that_fails_is_503, loopback_setup, loopback_teardown) {
   char id[API_ID_TEXT];
   loopback_upload(*state, "application/json", box, id);

@@ -84,7 +84,8 @@ double area_by_tweend(const loop &points) {
   fill.fill.method = TW_FILL_TRIANGLES;
   const tw_edit_limits limits{1 << 20, 1 << 20, 1 << 20, 1 << 20, nullptr};
   const std::unique_ptr<tw_arena, void (*)(tw_arena *)> arena(tw_arena_create(), tw_arena_destroy);
-  if (tw_mesh_edit(&mesh, nullptr, &fill, 1, &limits, arena.get(), &out, nullptr, nullptr, nullptr) != TW_OK)
+  if (tw_mesh_edit(&mesh, nullptr, &fill, 1, &limits, arena.get(), &out, nullptr, nullptr, nullptr,
+                   nullptr) != TW_OK)
     return -1;
   if (out.face_count != 1 + count - 2) return -2;
   double sum = 0;

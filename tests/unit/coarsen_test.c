@@ -97,12 +97,48 @@ TEST(creases_were_sharper_a_level_above) {
     tw_surface_options once = options_of(TW_CATMULL_CLARK, 1);
     assert_int_equal(tw_mesh_coarsen(&fine.mesh, &once, NULL, arena, &found, &error), TW_OK);
     assert_int_equal(found.mesh.crease_count, 4);
+    assert_int_equal(found.untagged, 0);
     for (uint32_t k = 0; k < 4; k++) assert_true(fabsf(found.mesh.crease_sharpness[k] - before[i]) < 1e-6f);
     assert_true(found.error < 1e-5);
     tw_arena_destroy(arena);
     free_level(&fine);
     free(c);
   }
+}
+
+/* Of what a step cannot make, the half of an edge is sharp without the other, or less so, or an edge or a
+ * point inside a face. */
+TEST(tags_that_no_step_makes_are_counted) {
+  tw_mesh mesh = cube();
+  level fine = refine(&mesh, options_of(TW_CATMULL_CLARK, 1));
+  const uint32_t *quad = fine.corners; /* a point of the cube, a middle of an edge, of the face, of an edge */
+  const uint32_t edges[] = {quad[0], quad[1], quad[1], quad[2], quad[0], quad[3]};
+  const float tags[] = {2, 1, 3};
+  uint32_t beyond = UINT32_MAX, far[8];
+  for (uint32_t c = 0; c < mesh.corner_count; c++) /* the other half of the first edge */
+    if (fine.corners[4 * c + 1] == quad[1] && fine.corners[4 * c] != quad[0]) beyond = fine.corners[4 * c];
+  assert_true(beyond != UINT32_MAX);
+  memcpy(far, edges, sizeof edges);
+  far[6] = quad[1];
+  far[7] = beyond;
+  const float half[] = {2, 1, 3, 1};
+  for (int i = 0; i < 2; i++) {
+    fine.mesh.crease_count = i ? 4 : 3;
+    fine.mesh.crease_edges = i ? far : edges;
+    fine.mesh.crease_sharpness = i ? half : tags;
+    fine.mesh.sharp_point_count = 1;
+    fine.mesh.sharp_points = quad + 2;
+    fine.mesh.point_sharpness = tags;
+    tw_arena *arena = tw_arena_create();
+    tw_coarsened found;
+    tw_surface_options once = options_of(TW_CATMULL_CLARK, 1);
+    assert_int_equal(tw_mesh_coarsen(&fine.mesh, &once, NULL, arena, &found, NULL), TW_OK);
+    assert_int_equal(found.mesh.crease_count, i);
+    if (i) assert_true(found.mesh.crease_sharpness[0] == 2);
+    assert_int_equal(found.untagged, 4);
+    tw_arena_destroy(arena);
+  }
+  free_level(&fine);
 }
 
 TEST(what_alternates_in_a_cube_is_left_out) {

@@ -174,6 +174,27 @@ TEST(a_sharp_point_stays_sharp_where_it_is_merged) {
 }
 
 /* What was named 4, 5 and 6 is, as 4 and 5 are one, 4 and 5. */
+TEST(points_that_move_otherwise_are_counted_where_they_are_merged) {
+  dressed d;
+  tw_mesh mesh = dressed_cube(&d);
+  tw_edit edit_ = merge((tw_selection)LIST(TW_EDIT_VERTICES, 4, 5, 6, 7), 10);
+  edited e = edit_once(&mesh, edit_);
+  assert_int_equal(e.losses.bent, 3); /* dress gives all corners of the cube weights of their own */
+  edited_deinit(&e);
+  for (uint32_t p = 0; p < 8; p++) {
+    memcpy(d.joints[p], d.joints[4], sizeof d.joints[4]);
+    memcpy(d.pulls[p], d.pulls[4], sizeof d.pulls[4]);
+    memcpy(d.morph[p], d.morph[4], sizeof d.morph[4]);
+  }
+  e = edit_once(&mesh, edit_);
+  assert_int_equal(e.losses.bent, 0);
+  edited_deinit(&e);
+  d.morph[6][2] += 1;
+  e = edit_once(&mesh, edit_);
+  assert_int_equal(e.losses.bent, 1);
+  edited_deinit(&e);
+}
+
 TEST(names_follow_points_that_are_merged) {
   tw_mesh mesh = cube();
   tw_edit edits[2] = {
@@ -269,6 +290,39 @@ TEST(half_a_box_becomes_whole) {
   assert_int_equal(e.made[1].vertex_count, 4);
   const float *displacement = e.mesh.morphs[0] + 3 * e.made[1].vertices[0];
   assert_true(displacement[0] == -d.morph[1][0] && displacement[1] == d.morph[1][1]);
+  edited_deinit(&e);
+}
+
+/* A target is as symmetric as the mesh: each point has one where its mirror image is. */
+TEST(points_on_the_plane_of_a_mirror_stay_there_in_morph_targets) {
+  dressed d;
+  tw_mesh mesh = dressed_cube(&d);
+  tw_edit edits[2] = {{.kind = TW_EDIT_MOVE, .selection = all_faces, .move.by = {0, 1, 0}},
+                      {.kind = TW_EDIT_MIRROR, .mirror = {.axis = 1, .weld = 1e-6}}};
+  edited e = edit(&mesh, edits, 2);
+  uint32_t on = 0;
+  assert_int_equal(e.mesh.point_count, 12);
+  for (uint32_t p = 0; p < 12; p++) {
+    float to[2][3], nearest = INFINITY;
+    for (uint32_t i = 0; i < 3; i++) to[0][i] = point_of(&e.mesh, p)[i] + e.mesh.morphs[0][3 * p + i];
+    for (uint32_t q = 0; q < 12; q++) {
+      float distance = 0;
+      for (uint32_t i = 0; i < 3; i++) {
+        to[1][i] = point_of(&e.mesh, q)[i] + e.mesh.morphs[0][3 * q + i];
+        distance += fabsf((i == 1 ? -to[1][i] : to[1][i]) - to[0][i]);
+      }
+      nearest = fminf(nearest, distance);
+    }
+    assert_true(nearest == 0);
+    on += point_of(&e.mesh, p)[1] == 0;
+  }
+  assert_int_equal(on, 4);
+  assert_int_equal(e.losses.flattened, 4); /* all of them have z = 1 or -1, which dress displaces y by */
+  edited_deinit(&e);
+  edits[1].mirror.weld = -1;
+  e = edit(&mesh, edits, 2);
+  for (uint32_t p = 0; p < 8; p++) assert_true(e.mesh.morphs[0][3 * p + 1] == d.morph[p][1]);
+  assert_int_equal(e.losses.flattened, 0);
   edited_deinit(&e);
 }
 

@@ -199,7 +199,7 @@ TEST(any_edits_of_any_mesh) {
     tw_mesh out;
     tw_error error = {0};
     tw_status status =
-        tw_mesh_edit(&t->mesh, NULL, edits, count, &limits, arena, &out, made, &made_count, &error);
+        tw_mesh_edit(&t->mesh, NULL, edits, count, &limits, arena, &out, made, &made_count, NULL, &error);
     if (status == TW_OK) {
       if (tw_mesh_check(&out, &error, NULL) != TW_OK) {
         print_error("round %u: %s: %s\n", round, error.pointer, error.detail);
@@ -258,7 +258,7 @@ TEST(spheres_stay_spheres) {
         e.selection.by = TW_SELECT_ALL;
       }
       tw_error error = {0};
-      tw_status status = tw_mesh_edit(&mesh, NULL, &e, 1, &limits, arena, &next, NULL, NULL, &error);
+      tw_status status = tw_mesh_edit(&mesh, NULL, &e, 1, &limits, arena, &next, NULL, NULL, NULL, &error);
       if (status == TW_LIMIT) break;
       assert_int_equal(status, TW_OK);
       assert_int_equal(tw_mesh_check(&next, NULL, NULL), TW_OK);
@@ -306,7 +306,7 @@ static tw_status try_edit(const tw_mesh *mesh, const tw_edit *e, uint32_t counts
   tw_arena *arena = tw_arena_create();
   tw_mesh out;
   *error = (tw_error){0};
-  tw_status status = tw_mesh_edit(mesh, NULL, e, 1, &roomy, arena, &out, NULL, NULL, error);
+  tw_status status = tw_mesh_edit(mesh, NULL, e, 1, &roomy, arena, &out, NULL, NULL, NULL, error);
   if (status == TW_OK) {
     tw_mesh_stats stats;
     assert_int_equal(tw_mesh_check(&out, NULL, NULL), TW_OK);
@@ -523,7 +523,7 @@ TEST(every_failed_allocation_is_told) {
   for (tw_status status = TW_NO_MEMORY; status != TW_OK; failures++) {
     tw_arena *arena = tw_arena_create();
     test_memory.left = failures;
-    status = tw_mesh_edit(&mesh, NULL, edits, COUNT, &roomy, arena, &out, names, &name_count, NULL);
+    status = tw_mesh_edit(&mesh, NULL, edits, COUNT, &roomy, arena, &out, names, &name_count, NULL, NULL);
     test_memory.left = SIZE_MAX;
     assert_true(status == TW_OK || (status == TW_NO_MEMORY && out.point_count == 0));
     tw_arena_destroy(arena);

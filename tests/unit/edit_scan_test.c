@@ -405,9 +405,11 @@ TEST(patches_of_too_many_points_are_refused) {
   tw_mesh out;
   tw_error error;
   tw_arena *arena = tw_arena_create();
-  assert_int_equal(tw_mesh_edit(&mesh, NULL, edits, 2, &limits, arena, &out, NULL, NULL, &error), TW_OK);
+  assert_int_equal(tw_mesh_edit(&mesh, NULL, edits, 2, &limits, arena, &out, NULL, NULL, NULL, &error),
+                   TW_OK);
   assert_true(out.point_count <= limits.points);
-  assert_int_equal(tw_mesh_edit(&mesh, NULL, edits, 2, &few, arena, &out, NULL, NULL, &error), TW_LIMIT);
+  assert_int_equal(tw_mesh_edit(&mesh, NULL, edits, 2, &few, arena, &out, NULL, NULL, NULL, &error),
+                   TW_LIMIT);
   assert_string_equal(error.pointer, "/1");
   tw_arena_destroy(arena);
 }
@@ -422,7 +424,7 @@ TEST(every_failed_allocation_of_a_fair_patch_is_told) {
     tw_arena *arena = tw_arena_create();
     tw_mesh out = {0};
     test_memory.left = failures;
-    status = tw_mesh_edit(&mesh, NULL, edits, 2, &roomy, arena, &out, NULL, NULL, NULL);
+    status = tw_mesh_edit(&mesh, NULL, edits, 2, &roomy, arena, &out, NULL, NULL, NULL, NULL);
     test_memory.left = SIZE_MAX;
     assert_true(status == TW_OK || (status == TW_NO_MEMORY && out.point_count == 0));
     tw_arena_destroy(arena);
@@ -462,7 +464,8 @@ static uint32_t edit_polygon(uint32_t count, const tw_edit *edits, uint32_t edit
   tw_meter meter;
   tw_meter_init(&meter, &(tw_meter_host){0}, UINT64_MAX);
   tw_meter *before = tw_meter_use(&meter);
-  tw_status status = tw_mesh_edit(&s.mesh, NULL, edits, edit_count, &roomy, s.arena, &out, NULL, NULL, error);
+  tw_status status =
+      tw_mesh_edit(&s.mesh, NULL, edits, edit_count, &roomy, s.arena, &out, NULL, NULL, NULL, error);
   tw_meter_use(before);
   assert_true(status == TW_OK || status == TW_INVALID);
   *steps = atomic_load(&meter.steps);
@@ -531,7 +534,7 @@ TEST(many_edits_hold_no_more_than_one) {
       tw_meter_init(&meter, &(tw_meter_host){0}, UINT64_MAX);
       tw_meter *before = tw_meter_use(&meter);
       tw_status status =
-          tw_mesh_edit(&grid, NULL, edits, many ? EDITS : 2, &roomy, own, &out, NULL, NULL, &error);
+          tw_mesh_edit(&grid, NULL, edits, many ? EDITS : 2, &roomy, own, &out, NULL, NULL, NULL, &error);
       tw_meter_use(before);
       if (status != TW_OK) fail_msg("%s: %s", tw_edit_names[edit.kind], error.detail);
       peaks[many] = atomic_load(&meter.peak);

@@ -92,13 +92,17 @@ TEST(too_much_work_is_refused) {
   tw_error error = {0};
   const tw_edit_limits limits = {.points = 100, .faces = 100, .corners = 100, .work = 3 * 32};
   for (int i = 0; i < 4; i++) edits[i] = (tw_edit){.kind = TW_EDIT_MOVE, .selection = all_faces};
-  assert_int_equal(tw_mesh_edit(&mesh, NULL, edits, 3, &limits, arena, &out, NULL, NULL, &error), TW_OK);
-  assert_int_equal(tw_mesh_edit(&mesh, NULL, edits, 4, &limits, arena, &out, NULL, NULL, &error), TW_LIMIT);
+  assert_int_equal(tw_mesh_edit(&mesh, NULL, edits, 3, &limits, arena, &out, NULL, NULL, NULL, &error),
+                   TW_OK);
+  assert_int_equal(tw_mesh_edit(&mesh, NULL, edits, 4, &limits, arena, &out, NULL, NULL, NULL, &error),
+                   TW_LIMIT);
   assert_string_equal(error.pointer, "/3");
   tw_edit smooth = {.kind = TW_EDIT_SMOOTH, .smooth.iterations = 29};
-  assert_int_equal(tw_mesh_edit(&mesh, NULL, &smooth, 1, &limits, arena, &out, NULL, NULL, &error), TW_OK);
+  assert_int_equal(tw_mesh_edit(&mesh, NULL, &smooth, 1, &limits, arena, &out, NULL, NULL, NULL, &error),
+                   TW_OK);
   smooth.smooth.iterations = 30;
-  assert_int_equal(tw_mesh_edit(&mesh, NULL, &smooth, 1, &limits, arena, &out, NULL, NULL, &error), TW_LIMIT);
+  assert_int_equal(tw_mesh_edit(&mesh, NULL, &smooth, 1, &limits, arena, &out, NULL, NULL, NULL, &error),
+                   TW_LIMIT);
   tw_arena_destroy(arena);
 }
 
@@ -112,7 +116,7 @@ static void asks(const tw_mesh *mesh, const tw_edit *edits, uint32_t count, uint
     tw_mesh out;
     tw_error error = {0};
     tw_arena *arena = tw_arena_create();
-    tw_status status = tw_mesh_edit(mesh, NULL, edits, count, &limits, arena, &out, NULL, NULL, &error);
+    tw_status status = tw_mesh_edit(mesh, NULL, edits, count, &limits, arena, &out, NULL, NULL, NULL, &error);
     assert_int_equal(status, wanted < times ? TW_CANCELLED : TW_OK);
     assert_int_equal(error.status, status);
     tw_arena_destroy(arena);
@@ -155,7 +159,7 @@ static uint32_t count_questions(const tw_mesh *mesh, const tw_edit *edits, uint3
   tw_made made[2];
   tw_error error = {0};
   tw_arena *arena = tw_arena_create();
-  if (tw_mesh_edit(mesh, NULL, edits, count, &limits, arena, &out, made, &made_count, &error) != TW_OK)
+  if (tw_mesh_edit(mesh, NULL, edits, count, &limits, arena, &out, made, &made_count, NULL, &error) != TW_OK)
     fail_msg("%s", error.detail);
   tw_arena_destroy(arena);
   return UINT32_MAX - left;

@@ -18,6 +18,7 @@ typedef struct edited {
   tw_mesh_stats stats;
   tw_made made[MADE_MAX];
   uint32_t made_count;
+  tw_edit_losses losses;
 } edited;
 
 static const tw_edit_limits roomy = {
@@ -35,7 +36,7 @@ static inline edited edit_with(const tw_mesh *mesh, const tw_model *model, const
   assert_non_null(out.arena);
   assert_true(count <= MADE_MAX);
   tw_status status = tw_mesh_edit(mesh, model, edits, count, &roomy, out.arena, &out.mesh, out.made,
-                                  &out.made_count, &error);
+                                  &out.made_count, &out.losses, &error);
   if (status == TW_OK) status = tw_mesh_check(&out.mesh, &error, NULL);
   if (status != TW_OK) print_error("%s: %s\n", error.pointer, error.detail);
   assert_int_equal(status, TW_OK);
@@ -57,7 +58,8 @@ static inline void edit_refused(const tw_mesh *mesh, const tw_edit *edits, uint3
   tw_arena *arena = tw_arena_create();
   tw_mesh untouched;
   tw_error error = {0};
-  tw_status status = tw_mesh_edit(mesh, NULL, edits, count, &roomy, arena, &untouched, NULL, NULL, &error);
+  tw_status status =
+      tw_mesh_edit(mesh, NULL, edits, count, &roomy, arena, &untouched, NULL, NULL, NULL, &error);
   if (status != expected || strcmp(error.pointer, pointer) != 0)
     print_error("status %d, %s: %s\n", (int)status, error.pointer, error.detail);
   assert_int_equal(status, expected);

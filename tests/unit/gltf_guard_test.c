@@ -253,7 +253,6 @@ TEST(nothing_outside_the_file_is_opened) {
                                      "",
                                      "data:",
                                      "data:application/octet-stream,AAAA",
-                                     "DATA:application/octet-stream;base64,AAAA",
                                      "d\\u0061ta.bin"};
   for (size_t i = 0; i < sizeof uris / sizeof *uris; i++) {
     char text[512];
@@ -349,6 +348,18 @@ TEST(a_slash_in_a_data_uri_may_be_escaped) {
                              "base64,A\\/\\/A'}]}",
                              &error),
                    TW_OK);
+}
+
+TEST(a_data_uri_may_be_in_upper_case) {
+  static const char *const heads[] = {"DATA:application/octet-stream;base64",
+                                      "Data:Application/Octet-Stream;base64",
+                                      "data:APPLICATION/GLTF-BUFFER;BASE64"};
+  for (size_t i = 0; i < sizeof heads / sizeof *heads; i++) {
+    char text[256];
+    snprintf(text, sizeof text, "{" ASSET ",'buffers':[{'byteLength':3,'uri':'%s,A//A'}]}", heads[i]);
+    tw_error error = {0};
+    if (read_text(text, &error) != TW_OK) fail_msg("%s: %s", heads[i], error.detail);
+  }
 }
 
 /* ---- extensions and versions ----------------------------------------------------------------- */

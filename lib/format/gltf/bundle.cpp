@@ -79,12 +79,6 @@ private:
   std::multimap<std::string, uint32_t> paths_, bases_;
 };
 
-bool has_scheme(std::string_view uri, std::string_view scheme) {
-  return uri.size() >= scheme.size() &&
-         std::equal(scheme.begin(), scheme.end(), uri.begin(),
-                    [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b + 32 : b); });
-}
-
 // The decoded uri of a buffer or image; nothing without a uri, and for a data URI.
 std::optional<std::string> file_uri(const char *object) {
   const char *written = tw_json_member(object, "uri");

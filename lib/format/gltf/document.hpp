@@ -186,6 +186,13 @@ bool has_word(std::string_view list, std::string_view word);
 // Decodes the escapes of a JSON string. written: the text between its quotes.
 std::string unescape(std::string_view written);
 
+// The text with the letters A to Z in lower case.
+std::string in_lower_case(std::string_view text);
+
+// Whether a URI begins with a scheme, given in lower case with what follows it ("data:"): RFC 3986 takes
+// upper case for the same.
+bool has_scheme(std::string_view uri, std::string_view scheme);
+
 // Decodes base64 text up to the first other character; JSON may write a slash as "\/". rest: the text from
 // there on.
 Vector<uint8_t> decode_base64(std::string_view written, Budget &budget, std::string_view *rest = nullptr);

@@ -180,13 +180,14 @@ bool is_supported(std::string_view extension) {
 }
 
 // The length of the head of a data URI of a type that tinygltf knows, up to its comma; 0 for any other uri.
-// any_type: of any data URI in base64.
+// any_type: of any data URI in base64. Scheme, media type and `base64` may be in upper case.
 size_t data_head(std::string_view uri, bool any_type = false) {
   std::string head;
   for (size_t i = 0; i < uri.size() && head.size() < 128; i++) {
     if (uri[i] == '\\' && i + 1 < uri.size() && uri[i + 1] == '/') continue;
     head += uri[i];
     if (uri[i] != ',') continue;
+    head = in_lower_case(head);
     bool is_base64 = head.compare(0, 5, "data:") == 0 && head.find(";base64,") != std::string::npos;
     return tinygltf::IsDataURI(head) || (any_type && is_base64) ? i + 1 : 0;
   }
@@ -368,9 +369,8 @@ private:
   // without it the model would lose the image.
   void link(std::string_view uri, Place place) {
     std::string address = unescape(uri);
-    if (address.compare(0, 5, "data:") == 0) return;
-    if (address.compare(0, 7, "http://") != 0 && address.compare(0, 8, "https://") != 0)
-      refuse_absent(address, place);
+    if (has_scheme(address, "data:")) return;
+    if (!has_scheme(address, "http://") && !has_scheme(address, "https://")) refuse_absent(address, place);
     out_.link_count++;
   }
 
@@ -486,7 +486,7 @@ private:
                 "data URIs of buffers have another type than those of glTF: they are read");
     if (head == 0) {
       std::string name = unescape(uri);
-      if (name.compare(0, 5, "data:") == 0)
+      if (has_scheme(name, "data:"))
         refuse(TW_UNSUPPORTED, place.pointer("uri"), "the data URI of a buffer must be base64, as ",
                "data:application/octet-stream;base64, says");
       refuse_absent(name, place);

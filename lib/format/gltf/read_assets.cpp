@@ -69,7 +69,7 @@ const char *copy_quoted(Document &document, std::string_view written) {
 
 // The media type in a data URI; "" if it is no image or text.
 std::string uri_type(std::string_view uri) {
-  std::string head = unescape(uri.substr(0, uri.find(',')));
+  std::string head = in_lower_case(unescape(uri.substr(0, uri.find(','))));
   if (head.compare(0, 11, "data:image/") == 0) return head.substr(5, head.find(';') - 5);
   return head.compare(0, 10, "data:text/") == 0 ? "text/plain" : "";
 }

@@ -77,6 +77,17 @@ bool has_word(std::string_view list, std::string_view word) {
   return false;
 }
 
+std::string in_lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char &letter : lower)
+    if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter + ('a' - 'A'));
+  return lower;
+}
+
+bool has_scheme(std::string_view uri, std::string_view scheme) {
+  return in_lower_case(uri.substr(0, scheme.size())) == scheme;
+}
+
 bool is_track(const char *channel) {
   const char *target = tw_json_member(channel, "target");
   const char *node = tw_json_member(target, "node");

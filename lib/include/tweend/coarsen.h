@@ -28,6 +28,9 @@ typedef struct tw_coarsened {
   /* Faces of all steps whose children differ in material, groups, smoothing group, or in whether they are
    * holes: they have what their first child has. */
   uint32_t parted;
+  /* Tagged edges and points of all steps that refining the cage would give another sharpness, or none: on no
+   * edge and at no point of the cage, or an edge whose other half differs. */
+  uint32_t untagged;
 } tw_coarsened;
 
 /* Finds the cage of which a checked mesh is a refinement, by options->scheme (not bilinear), with
@@ -36,12 +39,11 @@ typedef struct tw_coarsened {
  * decide. The first step is taken however far the positions are from a subdivided surface. After a first step
  * that fits, further steps are taken only as long as they fit too.
  * The cage has, solved for its points: positions, texture coordinates, attributes, displacements. Joints and
- * weights are copied. An edge or point that is sharp after n steps gets its sharpness plus n; sharpness that
- * has already decayed to 0 cannot be known. A face has the material and the groups of its first child.
- * Normals, and details modelled onto levels of the mesh, are dropped. Arrays of the result live in the arena,
- * or are the mesh's.
- * parallel: asked whether the result is still wanted; or NULL. O(corners) for each step besides the solving,
- * see sculpt/mask_inverse.h.
+ * weights are copied. An edge or point that is sharp after n steps gets its sharpness plus n, or with
+ * Chaikin's rule that from which the step makes it; sharpness that has already decayed to 0 cannot be known.
+ * A face has the material and the groups of its first child. Normals, and details modelled onto levels of the
+ * mesh, are dropped. Arrays of the result live in the arena, or are the mesh's. parallel: asked whether the
+ * result is still wanted; or NULL. O(corners) for each step besides the solving, see sculpt/mask_inverse.h.
  * TW_INVALID: the mesh is no refinement (the error names a face of the piece that is none); an option that
  * has no way back; a solved cage that tw_mesh_check refuses, as its points are too far away. TW_LIMIT,
  * TW_CANCELLED, TW_NO_MEMORY. */

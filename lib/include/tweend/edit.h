@@ -110,8 +110,8 @@ typedef struct tw_subdivide_edit {
 } tw_subdivide_edit;
 
 /* Merges vertices. With a `distance` of 0 or more: each with those within that distance of the first of them
- * (0: at the same place). With a negative one: all into one, at `to`, or else at their mean. Faces left with
- * fewer than three points are removed. */
+ * (0: at the same place), whose joints and displacements stay. With a negative one: all into one, at `to`, or
+ * else at their mean. Faces left with fewer than three points are removed. */
 typedef struct tw_merge_edit {
   double distance;
   bool has_to;
@@ -130,7 +130,7 @@ typedef struct tw_fill_edit {
 
 /* Adds the mirror image of the mesh, with x, y or z (axis 0, 1, 2) negated. A point within `weld` of the
  * plane (negative: none) moves onto it and is its own image; a face whose points are all on the plane is
- * removed. The selection is not used. Made: the images. */
+ * removed. Displacements of such a point stay in the plane. The selection is not used. Made: the images. */
 typedef struct tw_mirror_edit {
   int axis;
   double weld;
@@ -224,6 +224,16 @@ typedef struct tw_made {
   const uint32_t *faces, *vertices; /* ascending */
 } tw_made;
 
+/* What edits take from the mesh without anybody asking for it. */
+typedef struct tw_edit_losses {
+  /* Points that a merge within a distance joined with one of other joints, weights or displacements: they
+   * have that one's. */
+  uint64_t bent;
+  /* Points on the plane of a mirror whose displacements led off it: that part is 0, or the two sides would
+   * cross or part there. */
+  uint64_t flattened;
+} tw_edit_losses;
+
 /* Applies edits one after the other; the indices in each edit are those of the mesh that it finds.
  * mesh: checked. Data that belongs to neither points nor faces (names, kept, loose, morph_weights, normals)
  * is shared with *out. model: the model of the mesh, read for the names of groups and materials only; NULL:
@@ -231,12 +241,13 @@ typedef struct tw_made {
  * smoothing groups, creases, corners, holes, attributes, skin weights and morph targets follow the edits.
  * Normals are dropped by every edit that does more than tag.
  * made: room for [edit_count], its arrays in the arena; or NULL. *made_count: how many are filled.
+ * *losses: those of all edits together; or NULL.
  * Each edit is O(n log n) in the size of the meshes it finds and leaves. On failure the pointer is relative
  * to the list of edits ("/3/edge", "/3/faces/2"). TW_INVALID: an edit that cannot be done; TW_LIMIT, with the
  * counts that there would be; TW_CANCELLED; TW_NO_MEMORY. Any thread. */
 tw_status tw_mesh_edit(const tw_mesh *mesh, const tw_model *model, const tw_edit *edits, uint32_t edit_count,
                        const tw_edit_limits *limits, tw_arena *arena, tw_mesh *out, tw_made *made,
-                       uint32_t *made_count, tw_error *error);
+                       uint32_t *made_count, tw_edit_losses *losses, tw_error *error);
 
 #ifdef __cplusplus
 }
