@@ -200,8 +200,6 @@ static tw_status create_surface(const plan_source *source, api_plan *plan, tw_ar
   tw_surface_options options = api_surface_options(source->query, plan->count, &mesh);
   options.movable = plan->count >= source->meshes->still_count;
   options.classes = plan->classes;
-  const tw_memory_limit limit = {source->call->service->limits.max_memory, "--max-memory"};
-  options.memory_limit = &limit;
   return tw_surface_create_by(&mesh, &options, &source->call->service->parallel, &plan->surfaces[plan->count],
                               error);
 }

@@ -54,7 +54,8 @@ typedef struct api_plan {
 } api_plan;
 
 /* About the most bytes that making a surface of a level takes, for admission: what it really takes is
- * metered. Levels that are made step by step may take more. */
+ * metered. Levels that are made step by step may take more: lib asks for that (reserve_steps,
+ * surface_choose.c). */
 uint64_t api_surface_bound(const tw_mesh *mesh, uint64_t level);
 
 /* All meshes of a model, unmoved. */

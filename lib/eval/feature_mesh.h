@@ -44,7 +44,8 @@ bool tw_is_exceptional_edge(const tw_topology *t, uint32_t edge);
  * [vertices] points that can be features; NULL: all. TW_NO_MEMORY. */
 tw_status tw_feature_mesh_mark(const tw_exceptions *l, tw_feature_mesh *s, const uint8_t *candidates);
 
-/* An upper bound, in bytes, of what listing the exceptions takes. */
+/* About how many bytes listing the exceptions takes. It chooses the evaluator, and is no limit: the meter
+ * counts what is taken. */
 uint64_t tw_exceptions_size(const tw_exceptions *l, const tw_feature_mesh *cage);
 
 /* Cuts the faces round features out of `s`, which may be the cage. TW_NO_MEMORY. */

@@ -15,7 +15,8 @@ static bool keeps_all_faces(const tw_surface_builder *b) {
 
 /* ---- memory --------------------------------------------------------------------------------- */
 
-/* What the topologies of the last level take at least, in bytes. */
+/* What the topologies of the last level take at least, in bytes: the second half of the bound of a surface,
+ * whose first half (api_surface_bound) does not know the evaluator. */
 static uint64_t least_steps_size(const tw_surface_builder *b) {
   enum { CORNER = 4 * 4, EDGE = 8 + 8 + 4 + 4 + 1, VERTEX = 3 * 4 + 1 }; /* the arrays of tw_topology */
   const tw_surface_counts *c = &b->surface->counts;
@@ -43,17 +44,12 @@ static tw_status check_regularity(const tw_surface_builder *b, tw_error *error) 
                  b->surface->options.level);
 }
 
-/* Refuses steps that cannot be finished, so that they are not begun. */
-static tw_status check_steps(const tw_surface_builder *b, tw_error *error) {
-  const tw_memory_limit *limit = b->surface->options.memory_limit;
-  if (!limit || !takes_steps(b)) return TW_OK;
-  uint64_t least = least_steps_size(b);
-  if (least <= limit->bytes) return TW_OK;
-  return tw_fail(error, TW_LIMIT,
-                 "the surface has %llu faces, made step by step, which takes %llu bytes at least, over the "
-                 "limit of %llu (%s)",
-                 (unsigned long long)b->surface->counts.faces, (unsigned long long)least,
-                 (unsigned long long)limit->bytes, limit->name);
+/* Asks the meter for what the steps are sure to hold, so that steps that cannot be finished are not begun. */
+static tw_status reserve_steps(const tw_surface_builder *b, tw_error *error) {
+  uint64_t least = takes_steps(b) ? least_steps_size(b) : 0;
+  if (!tw_meter_take(least)) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  tw_meter_give_back(least);
+  return TW_OK;
 }
 
 /* ---- the choice ----------------------------------------------------------------------------- */
@@ -94,7 +90,7 @@ tw_status tw_builder_choose(tw_surface_builder *b, tw_error *error) {
   s->cage_step = b->levels == 0 ? 1 : 4;
   b->has_rim = s->depth > 0 && tw_builder_shrinks(b);
   if (b->has_rim || b->inner) b->keeps_all_faces = false; /* which faces belong to a part has to be known */
-  if (status == TW_OK && !b->inner) status = check_steps(b, error);
+  if (status == TW_OK && !b->inner) status = reserve_steps(b, error);
   if (status != TW_OK) return status;
   s->steps = tw_arena_alloc(s->arena, (size_t)b->levels + 1, sizeof *s->steps);
   return s->steps ? TW_OK : TW_NO_MEMORY;

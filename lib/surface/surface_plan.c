@@ -234,7 +234,6 @@ static tw_status make_plan(const surface_source *from, uint32_t *preference, tw_
   tw_status status = has_arenas && choose_fields(&b) ? plan(&b, error) : TW_NO_MEMORY;
   tw_arena_destroy(b.arena);
   if (b.declined) *preference = b.preference + 1;
-  s->options.memory_limit = NULL; /* it belongs to the caller and is valid for this call only */
   if (status == TW_OK)
     *out = s;
   else

@@ -42,12 +42,6 @@ tw_patch_classes *tw_patch_classes_create(void);          /* NULL without memory
 void tw_patch_classes_destroy(tw_patch_classes *classes); /* NULL accepted */
 size_t tw_patch_classes_size(const tw_patch_classes *classes);
 
-/* The bytes that can be had at all, and what sets that limit, for the error. */
-typedef struct tw_memory_limit {
-  uint64_t bytes;
-  const char *name;
-} tw_memory_limit;
-
 typedef struct tw_surface_options {
   uint32_t level; /* 0 to TW_LEVEL_MAX */
   tw_scheme scheme;
@@ -68,12 +62,6 @@ typedef struct tw_surface_options {
   /* Shared by the surfaces of a scene, or NULL: the surface makes its own. It outlives the surfaces. While a
    * surface is being made with it, nothing else may use it or a surface that shares it. */
   tw_patch_classes *classes;
-  /* Where generic steps refine the whole answer, they take memory in proportion to it: by Loop's scheme up to
-   * level 4 or some 10^6 faces or with tangents, joints or whole numbers, with an open border up to some 10^5
-   * faces, with semi-sharp creases and UVs under Chaikin's rule, and where a cage is too irregular for
-   * patches. Steps that are sure to take more than this are not begun: TW_LIMIT. NULL: no limit. It need not
-   * outlive the call. */
-  const tw_memory_limit *memory_limit;
 } tw_surface_options;
 
 /* Exact sizes of a surface, known before any of it is computed. */
@@ -108,7 +96,9 @@ tw_status tw_surface_errors(const tw_mesh *mesh, const tw_surface_options *optio
                             const tw_parallel_for *parallel, double *out, tw_error *error);
 
 /* A surface ready to be read: immutable, read by any number of threads. It holds memory in proportion to the
- * cage, not to the answer, except in the cases that options.memory_limit names. */
+ * cage, not to the answer, except where generic steps refine the whole answer: by Loop's scheme up to level 4
+ * or some 10^6 faces or with tangents, joints or whole numbers, with an open border up to some 10^5 faces,
+ * with semi-sharp creases and UVs under Chaikin's rule, and where a cage is too irregular for patches. */
 typedef struct tw_surface tw_surface;
 
 /* The mesh must have passed tw_mesh_check. It may be freed after the call.
