@@ -431,11 +431,6 @@ void api_pose_body_print_at(api_pose_body *body, double time, tw_text *text) {
 
 /* ---- phases ---------------------------------------------------------------------------------- */
 
-/* Writes little-endian on every machine. */
-static void put_u32(uint32_t value, char out[4]) {
-  for (int i = 0; i < 4; i++) out[i] = (char)(value >> 8 * i & 0xFF);
-}
-
 static void print_head(api_pose_body *body, tw_text *text) {
   const api_pose_request *request = &body->request;
   switch (request->form) {
@@ -479,7 +474,7 @@ static bool print_bin_head(api_pose_body *body) {
   if (text->failed || header > UINT32_MAX - 4) return false;
   body->padding = (uint32_t)((4 - header % 4) % 4);
   header += body->padding;
-  put_u32((uint32_t)header, text->data + BIN_LENGTH);
+  tw_put_u32((uint8_t *)text->data + BIN_LENGTH, header);
   body->size = BIN_PREFIX + header + rows;
   return true;
 }

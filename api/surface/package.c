@@ -71,13 +71,15 @@ static void give_back(voidpf context, voidpf memory) {
 /* ---- heads ----------------------------------------------------------------------------------- */
 
 static void put_u16(tw_text *text, uint32_t value) {
-  const char bytes[2] = {(char)(value & 0xFF), (char)(value >> 8 & 0xFF)};
-  tw_text_bytes(text, bytes, sizeof bytes);
+  uint8_t bytes[4];
+  tw_put_u32(bytes, value);
+  tw_text_bytes(text, (const char *)bytes, 2);
 }
 
 static void put_u32(tw_text *text, uint32_t value) {
-  put_u16(text, value & 0xFFFF);
-  put_u16(text, value >> 16);
+  uint8_t bytes[4];
+  tw_put_u32(bytes, value);
+  tw_text_bytes(text, (const char *)bytes, sizeof bytes);
 }
 
 /* Puts the fields that the local header of an entry and its header in the central directory share. */

@@ -101,21 +101,16 @@ static bool fill(tw_gltf_stream *stream, const tw_gltf_view *view, uint64_t firs
 
 /* ---- text around the data -------------------------------------------------------------------- */
 
-static uint8_t *put_u32(uint8_t *out, uint64_t value) {
-  for (int shift = 0; shift < 32; shift += 8) *out++ = (uint8_t)(value >> shift);
-  return out;
-}
-
 uint8_t *tw_glb_put_head(uint8_t *out, uint64_t json_size, uint64_t data_size) {
   memcpy(out, "glTF", 4);
-  out = put_u32(put_u32(out + 4, 2), 12 + 8 + json_size + (data_size ? 8 + data_size : 0));
-  out = put_u32(out, json_size);
+  out = tw_put_u32(tw_put_u32(out + 4, 2), 12 + 8 + json_size + (data_size ? 8 + data_size : 0));
+  out = tw_put_u32(out, json_size);
   memcpy(out, "JSON", 4);
   return out + 4;
 }
 
 uint8_t *tw_glb_put_bin_head(uint8_t *out, uint64_t data_size) {
-  out = put_u32(out, data_size);
+  out = tw_put_u32(out, data_size);
   memcpy(out, "BIN", 4); /* and its terminator */
   return out + 4;
 }

@@ -7,6 +7,8 @@
 
 #include <meshoptimizer.h>
 
+#include "word.h"
+
 static tw_status fail(tw_error *error, const char *detail) {
   return tw_fail(error, TW_INVALID, "%s", detail);
 }
@@ -118,28 +120,20 @@ static bool is_mode(uint8_t mode) {
   return mode <= 1 || (mode & 15) == 2;
 }
 
-static uint32_t get_uint32(const uint8_t *bytes) {
-  return bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
-}
-
-static void put_uint32(uint32_t value, uint8_t *out) {
-  for (uint32_t i = 0; i < 4; i++) out[i] = (uint8_t)(value >> 8 * i);
-}
-
 /* Reads four columns of a block, which are one channel. out: of its first element. before: the element before
  * that one; receives the last. */
 static bool read_channel(byte_source *source, uint8_t control, uint8_t mode, size_t count, size_t stride,
                          uint8_t *before, uint8_t *out) {
   uint8_t deltas[4][BLOCK_MAX];
-  uint32_t value = get_uint32(before);
+  uint32_t value = tw_read_u32(before);
   for (uint32_t i = 0; i < 4; i++)
     if (!read_column(source, control >> 2 * i & 3, count, deltas[i])) return false;
   for (size_t e = 0; e < count; e++) {
     const uint8_t delta[4] = {deltas[0][e], deltas[1][e], deltas[2][e], deltas[3][e]};
-    value = follow(value, get_uint32(delta), mode);
-    put_uint32(value, out + stride * e);
+    value = follow(value, tw_read_u32(delta), mode);
+    tw_put_u32(out + stride * e, value);
   }
-  put_uint32(value, before);
+  tw_put_u32(before, value);
   return true;
 }
 

@@ -137,7 +137,7 @@ public:
     std::copy_n(container_.bin.data, container_.bin.size, end);
     std::copy_n(container_.tail.data, container_.tail.size, end + bin_size_);
     length += container_.tail_inside;
-    for (size_t k = 0; k < 4; k++) glb[8 + k] = static_cast<uint8_t>(length >> 8 * k);
+    tw_put_u32(glb + 8, length);
     for (size_t i = 0; i < offsets_.size(); i++)
       if (offsets_[i] != UINT64_MAX) std::copy_n(files_[i].bytes, files_[i].size, end + offsets_[i]);
     *out_size = static_cast<size_t>(size);

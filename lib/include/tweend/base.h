@@ -174,6 +174,13 @@ size_t tw_print_vectors(char *out, const tw_vectors *vectors);
  * part. */
 size_t tw_read_double(const char *text, size_t length, double *out);
 
+/* Writes the low 32 bits of a number, the lowest byte first, as binary formats want them on every machine.
+ * Returns the end. */
+static inline uint8_t *tw_put_u32(uint8_t *out, uint64_t value) {
+  for (int shift = 0; shift < 32; shift += 8) *out++ = (uint8_t)(value >> shift);
+  return out;
+}
+
 /* ---- UTF-8 --------------------------------------------------------------------------------------------- */
 
 /* The size of the character at the start of text[0..length) in bytes; 0 when it is not well-formed (RFC 3629:
