@@ -1,14 +1,14 @@
 /* POST /v1/models/{id}/edits: makes a new model by editing a mesh of a stored one. */
+#include "edited_model.h"
 #include "edits_in.h"
 #include "handlers.h"
-#include "remade.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 typedef struct edits_request {
-  api_remade *remade;
+  api_edited_model *edited;
   api_edits_done done;
 } edits_request;
 
@@ -19,7 +19,7 @@ static tw_status find_mesh(const api_value *value, edits_request *request) {
   tw_error error;
   if (value->item && !cJSON_IsString(value->item))
     return api_json_fail(value, TW_SYNTAX, "the name of a mesh is expected");
-  tw_status status = api_remade_choose(request->remade, cJSON_GetStringValue(value->item), &error);
+  tw_status status = api_edited_model_choose(request->edited, cJSON_GetStringValue(value->item), &error);
   return status == TW_OK ? TW_OK : api_json_fail(value, status, "%s", error.detail);
 }
 
@@ -42,8 +42,8 @@ static tw_status check_faces(const tw_mesh *mesh, const api_value *edits) {
 static void keep_details(edits_request *request) {
   static const char *const lost =
       "the edits change faces: what was modelled onto the mesh's levels is left out";
-  const tw_mesh *before = &request->remade->model->meshes[request->remade->mesh];
-  tw_mesh *after = &request->remade->cage;
+  const tw_mesh *before = &request->edited->model->meshes[request->edited->mesh];
+  tw_mesh *after = &request->edited->cage;
   if (before->detail_count == 0) return;
   bool is_same = after->point_count == before->point_count && after->face_count == before->face_count &&
                  memcmp(after->face_offsets, before->face_offsets,
@@ -51,7 +51,7 @@ static void keep_details(edits_request *request) {
                  memcmp(after->corners, before->corners, before->corner_count * sizeof(uint32_t)) == 0;
   after->details = before->details;
   after->detail_count = is_same ? before->detail_count : 0;
-  if (!is_same) api_call_warn(request->remade->call, &lost, 1);
+  if (!is_same) api_call_warn(request->edited->call, &lost, 1);
 }
 
 /* Warns where images of points follow the joints of the points: no file tells which joint is on the other
@@ -59,8 +59,8 @@ static void keep_details(edits_request *request) {
 static void warn_of_images(edits_request *request) {
   static const char *const same = "points that mirror made follow the joints of those whose images they are, "
                                   "not joints of the other side";
-  if (request->done.has_mirrored && request->remade->cage.skin.joints)
-    api_call_warn(request->remade->call, &same, 1);
+  if (request->done.has_mirrored && request->edited->cage.skin.joints)
+    api_call_warn(request->edited->call, &same, 1);
 }
 
 static api_outcome warn_of_count(api_call *call, uint64_t count, const char *one, const char *many) {
@@ -73,7 +73,7 @@ static api_outcome warn_of_count(api_call *call, uint64_t count, const char *one
 
 static api_outcome warn_of_losses(const edits_request *request) {
   const tw_edit_losses *losses = &request->done.losses;
-  api_call *call = request->remade->call;
+  api_call *call = request->edited->call;
   api_outcome outcome = warn_of_count(
       call, losses->bent,
       " point was merged with one of other joints, weights or morph targets, and follows this",
@@ -97,15 +97,15 @@ static tw_status read_document(void *context, const api_value *root) {
     status = api_json_fail(root, TW_SYNTAX, "edits are missing: a list");
   if (status == TW_OK) status = find_mesh(&values[MESH], request);
   if (status != TW_OK) return status;
-  api_remade *remade = request->remade;
-  const api_making making = api_making_within(remade->call->service);
-  const api_edit_call edit = {&remade->source, remade->model, &making};
-  status = api_edits_apply(&values[EDITS], &edit, &remade->cage, &request->done);
+  api_edited_model *edited = request->edited;
+  const api_making making = api_making_within(edited->call->service);
+  const api_edit_call edit = {&edited->source, edited->model, &making};
+  status = api_edits_apply(&values[EDITS], &edit, &edited->cage, &request->done);
   if (status != TW_OK) return status;
   keep_details(request);
   warn_of_images(request);
   if (warn_of_losses(request) != API_DONE) return TW_NO_MEMORY;
-  return check_faces(&remade->cage, &values[EDITS]);
+  return check_faces(&edited->cage, &values[EDITS]);
 }
 
 /* ---- the answer ------------------------------------------------------------------------------ */
@@ -134,7 +134,7 @@ static const uint32_t *number_points(const tw_mesh *mesh, tw_arena *arena) {
 /* Prints what the named edits made; the last of equal names counts. */
 static void print_made(void *context, tw_text *out) {
   const edits_request *request = context;
-  const uint32_t *numbers = number_points(&request->remade->cage, request->remade->call->arena);
+  const uint32_t *numbers = number_points(&request->edited->cage, request->edited->call->arena);
   out->failed |= !numbers;
   tw_member_open(out, "made", "{");
   for (uint32_t i = 0; numbers && i < request->done.made_count; i++) {
@@ -153,14 +153,14 @@ static void print_made(void *context, tw_text *out) {
   tw_text_add(out, "}");
 }
 
-static api_outcome edit(api_remade *remade) {
-  api_call *call = remade->call;
-  edits_request request = {.remade = remade};
+static api_outcome edit(api_edited_model *edited) {
+  api_call *call = edited->call;
+  edits_request request = {.edited = edited};
   api_outcome outcome = api_upload_json(call, API_JSON_VALUES_MAX, read_document, &request);
   const api_addition made = {print_made, &request};
-  return outcome == API_DONE ? api_remade_store(remade, &made) : outcome;
+  return outcome == API_DONE ? api_edited_model_store(edited, &made) : outcome;
 }
 
 api_outcome api_post_edits(api_call *call) {
-  return api_remade_answer(call, edit);
+  return api_edited_model_answer(call, edit);
 }

@@ -1,8 +1,8 @@
 /* POST /v1/models/{id}/coarsen: makes a new model by replacing a refined mesh of a stored one by its cage. */
 #include "tweend/coarsen.h"
+#include "edited_model.h"
 #include "handlers.h"
 #include "plans.h"
-#include "remade.h"
 #include "service.h"
 
 #include <stdio.h>
@@ -25,11 +25,11 @@ static tw_status read_levels(const api_query *query, uint32_t *out, tw_error *er
 /* Finds the cage and checks it: of the mesh as it is tagged; where that does not fit, with the hard edges and
  * corners that the file shows, which a refined mesh has where its cage had creases; then with the edges
  * alone, as a crease that turns sharply at one of its points looks like a corner there. */
-static tw_status find_cage(const api_remade *remade, const tw_surface_options *options, tw_coarsened *found,
-                           tw_error *error) {
-  const tw_mesh *mesh = &remade->model->meshes[remade->mesh], *source = &remade->source;
-  const tw_parallel_for *parallel = &remade->call->service->parallel;
-  tw_arena *arena = remade->call->arena;
+static tw_status find_cage(const api_edited_model *edited, const tw_surface_options *options,
+                           tw_coarsened *found, tw_error *error) {
+  const tw_mesh *mesh = &edited->model->meshes[edited->mesh], *source = &edited->source;
+  const tw_parallel_for *parallel = &edited->call->service->parallel;
+  tw_arena *arena = edited->call->arena;
   tw_mesh edges = *source;
   edges.sharp_point_count = mesh->sharp_point_count;
   edges.sharp_points = mesh->sharp_points;
@@ -98,21 +98,21 @@ static void print_levels(void *context, tw_text *out) {
   tw_member_count(out, "levels", found->levels);
 }
 
-static api_outcome coarsen(api_remade *remade) {
-  api_call *call = remade->call;
+static api_outcome coarsen(api_edited_model *edited) {
+  api_call *call = edited->call;
   tw_error *error = &call->fault.error;
   api_surface_query query;
   uint32_t levels = 0;
   if (api_surface_query_read(call, &query) != API_DONE) return API_FAILED;
   tw_status status = read_levels(&call->query, &levels, error);
-  if (status == TW_OK) status = api_remade_choose(remade, api_query_get(&call->query, "mesh"), error);
+  if (status == TW_OK) status = api_edited_model_choose(edited, api_query_get(&call->query, "mesh"), error);
   if (status != TW_OK) return api_fail(call);
-  const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
+  const tw_mesh *mesh = &edited->model->meshes[edited->mesh];
   query.level = levels;
   query.normals = API_NORMALS_NONE;
   const tw_surface_options options = api_surface_options(&query, 0, mesh);
   tw_coarsened found;
-  if (find_cage(remade, &options, &found, error) != TW_OK) return api_fail(call);
+  if (find_cage(edited, &options, &found, error) != TW_OK) return api_fail(call);
   if (mesh->detail_count > 0) {
     static const char *const lost = "what was modelled onto the levels of the mesh is left out";
     api_call_warn(call, &lost, 1);
@@ -123,11 +123,11 @@ static api_outcome coarsen(api_remade *remade) {
     api_call_warn(call, &ambiguous, 1);
   }
   if (warn_of_strays(call, mesh, &found) != API_DONE) return API_FAILED;
-  remade->cage = found.mesh;
+  edited->cage = found.mesh;
   const api_addition told = {print_levels, &found};
-  return api_remade_store(remade, &told);
+  return api_edited_model_store(edited, &told);
 }
 
 api_outcome api_post_coarsen(api_call *call) {
-  return api_remade_answer(call, coarsen);
+  return api_edited_model_answer(call, coarsen);
 }

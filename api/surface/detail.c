@@ -1,9 +1,9 @@
 /* POST /v1/models/{id}/detail: makes a new model by sculpting a level of a mesh of a stored one. */
 #include "tweend/detail.h"
 
+#include "edited_model.h"
 #include "handlers.h"
 #include "plans.h"
-#include "remade.h"
 #include "service.h"
 
 #include <float.h>
@@ -13,7 +13,7 @@
 #include <string.h>
 
 typedef struct detail_request {
-  api_remade *remade;
+  api_edited_model *edited;
   api_surface_query query;
   tw_surface_options options;
   uint32_t node;      /* the first node that shows the mesh, or TW_NO_INDEX */
@@ -34,8 +34,8 @@ static bool shows(const tw_model *model, uint32_t node, uint32_t mesh) {
 
 /* Counts the points of a mesh at the level, and checks the limits. */
 static tw_status count_points(const detail_request *request, uint32_t mesh, uint64_t *out) {
-  api_call *call = request->remade->call;
-  const tw_mesh *of = &request->remade->model->meshes[mesh];
+  api_call *call = request->edited->call;
+  const tw_mesh *of = &request->edited->model->meshes[mesh];
   const tw_surface_options options = api_surface_options(&request->query, 0, of);
   tw_surface_counts counts = {0};
   tw_status status = tw_surface_count(of, &options, &counts, &call->fault.error);
@@ -45,8 +45,8 @@ static tw_status count_points(const detail_request *request, uint32_t mesh, uint
 
 /* Computes the world matrices of the model at rest; NULL without memory. */
 static float (*place_nodes(const detail_request *request))[16] {
-  const tw_model *model = request->remade->model;
-  tw_arena *arena = request->remade->call->arena;
+  const tw_model *model = request->edited->model;
+  tw_arena *arena = request->edited->call->arena;
   float(*world)[16] = tw_arena_alloc(arena, model->node_count, sizeof *world);
   tw_trs *locals = tw_arena_alloc(arena, model->node_count, sizeof *locals);
   if (!world || !locals) return NULL;
@@ -58,31 +58,31 @@ static float (*place_nodes(const detail_request *request))[16] {
 
 /* Finds `place` and `at`. */
 static tw_status find_place(detail_request *request) {
-  const tw_model *model = request->remade->model;
+  const tw_model *model = request->edited->model;
   const tw_node *node = request->node == TW_NO_INDEX ? NULL : &model->nodes[request->node];
   if (!node || tw_node_is_skinned(model, node)) return TW_OK;
   if (!tw_node_first_place(model, request->node, &request->place))
-    return tw_fail(&request->remade->call->fault.error, TW_NO_MEMORY, "out of memory");
+    return tw_fail(&request->edited->call->fault.error, TW_NO_MEMORY, "out of memory");
   if (request->place.is_far) memcpy(request->at, request->place.origin, sizeof request->at);
   return TW_OK;
 }
 
 /* Reads the query and counts the points, so that limits are checked before the body is read. */
 static api_outcome read_query(detail_request *request) {
-  api_remade *remade = request->remade;
-  api_call *call = remade->call;
+  api_edited_model *edited = request->edited;
+  api_call *call = edited->call;
   const char *mesh = api_query_get(&call->query, "mesh");
   if (!api_query_get(&call->query, "level"))
     return api_fail_with(call, 400, "level is missing: the level whose points the body has");
   if (api_surface_query_read(call, &request->query) != API_DONE) return API_FAILED;
   if (api_surface_query_fix_level(call, &request->query) != API_DONE) return API_FAILED;
-  if (api_remade_choose(remade, mesh, &call->fault.error) != TW_OK) return api_fail(call);
-  request->options = api_surface_options(&request->query, 0, &remade->model->meshes[remade->mesh]);
+  if (api_edited_model_choose(edited, mesh, &call->fault.error) != TW_OK) return api_fail(call);
+  request->options = api_surface_options(&request->query, 0, &edited->model->meshes[edited->mesh]);
   request->node = TW_NO_INDEX;
-  for (uint32_t n = 0; n < remade->model->node_count && request->node == TW_NO_INDEX; n++)
-    if (shows(remade->model, n, remade->mesh)) request->node = n;
+  for (uint32_t n = 0; n < edited->model->node_count && request->node == TW_NO_INDEX; n++)
+    if (shows(edited->model, n, edited->mesh)) request->node = n;
   tw_status status = find_place(request);
-  return api_outcome_of(call, status == TW_OK ? count_points(request, remade->mesh, &request->rows) : status);
+  return api_outcome_of(call, status == TW_OK ? count_points(request, edited->mesh, &request->rows) : status);
 }
 
 /* ---- the points ------------------------------------------------------------------------------ */
@@ -188,7 +188,7 @@ static tw_status read_bin_head(void *context, const api_value *root) {
 /* Reads rows whose first three floats are a position in the mesh's space. */
 static api_outcome read_bin(detail_request *request, api_bytes bytes) {
   enum { HEAD_VALUES = 1000 };
-  api_call *call = request->remade->call;
+  api_call *call = request->edited->call;
   bin_head head = {0};
   uint32_t version, length;
   memcpy(&version, bytes.data + 4, sizeof version);
@@ -215,14 +215,14 @@ static api_outcome read_bin(detail_request *request, api_bytes bytes) {
 /* ---- any form -------------------------------------------------------------------------------- */
 
 static api_outcome read_obj(detail_request *request, api_bytes bytes) {
-  api_call *call = request->remade->call;
+  api_call *call = request->edited->call;
   tw_status status = tw_obj_read_points(bytes.data, bytes.size, request->at, call->arena, &request->positions,
                                         &request->count, &call->fault.error);
   return api_outcome_of(call, status);
 }
 
 static api_outcome read_model(detail_request *request, api_bytes bytes) {
-  api_call *call = request->remade->call;
+  api_call *call = request->edited->call;
   tw_format format = TW_FORMAT_OBJ;
   api_outcome outcome = api_upload_format(call, bytes, &format);
   if (outcome != API_DONE) return outcome;
@@ -234,7 +234,7 @@ static api_outcome read_model(detail_request *request, api_bytes bytes) {
 }
 
 static api_outcome read_points(detail_request *request) {
-  api_call *call = request->remade->call;
+  api_call *call = request->edited->call;
   api_upload upload = {0};
   api_outcome outcome = api_upload_read(call, &upload);
   if (outcome != API_DONE) return outcome;
@@ -249,8 +249,8 @@ static api_outcome read_points(detail_request *request) {
 /* Counts the points of the model's OBJ, and those before the mesh's: nodes follow each other, each with the
  * points of its mesh. */
 static tw_status count_obj(const detail_request *request, uint64_t *all, uint64_t *first) {
-  const tw_model *model = request->remade->model;
-  api_call *call = request->remade->call;
+  const tw_model *model = request->edited->model;
+  api_call *call = request->edited->call;
   uint64_t *points = tw_arena_alloc(call->arena, model->mesh_count, sizeof *points);
   if (!points) return tw_fail(&call->fault.error, TW_NO_MEMORY, "out of memory");
   *all = 0;
@@ -267,7 +267,7 @@ static tw_status count_obj(const detail_request *request, uint64_t *all, uint64_
 
 /* Finds the mesh's points: they are all points sent, or a part of the whole model's OBJ. */
 static api_outcome take_points(detail_request *request) {
-  api_call *call = request->remade->call;
+  api_call *call = request->edited->call;
   uint64_t all = 0, first = 0;
   bool may_be_whole = request->node != TW_NO_INDEX && !request->is_own_space;
   if (request->indices || request->count == request->rows) return API_DONE;
@@ -310,8 +310,8 @@ static bool has_weights(const tw_model *model, const tw_node *node) {
 
 /* Computes the matrix that takes the mesh's points to those of an OBJ of the model at rest. */
 static api_outcome find_matrix(const detail_request *request, world_space *space) {
-  api_call *call = request->remade->call;
-  const tw_model *model = request->remade->model;
+  api_call *call = request->edited->call;
+  const tw_model *model = request->edited->model;
   const tw_node *node = &model->nodes[request->node];
   tw_arena *arena = call->arena;
   memcpy(space->matrix, request->place.world, sizeof space->matrix);
@@ -380,7 +380,7 @@ static void place_points(void *context, const float *now, uint32_t rows) {
 /* *is_mesh_space: the points need no transform. */
 static api_outcome find_space(const detail_request *request, world_space *out, bool *is_mesh_space) {
   static const float identity[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
-  api_call *call = request->remade->call;
+  api_call *call = request->edited->call;
   *is_mesh_space = request->node == TW_NO_INDEX || request->is_own_space;
   if (*is_mesh_space) return API_DONE;
   out->room = 0;
@@ -410,7 +410,7 @@ static void find_in_list(const detail_request *request, tw_error *error) {
 }
 
 static api_outcome fail_at_point(const detail_request *request) {
-  api_call *call = request->remade->call;
+  api_call *call = request->edited->call;
   tw_error *error = &call->fault.error;
   if (strncmp(error->pointer, "/positions/", strlen("/positions/")) != 0) return api_fail(call);
   if (request->indices) find_in_list(request, error);
@@ -418,9 +418,9 @@ static api_outcome fail_at_point(const detail_request *request) {
 }
 
 static api_outcome sculpt(detail_request *request) {
-  api_remade *remade = request->remade;
-  api_call *call = remade->call;
-  const tw_mesh *mesh = &remade->source;
+  api_edited_model *edited = request->edited;
+  api_call *call = edited->call;
+  const tw_mesh *mesh = &edited->source;
   world_space world;
   bool is_mesh_space;
   api_outcome outcome = find_space(request, &world, &is_mesh_space);
@@ -431,14 +431,14 @@ static api_outcome sculpt(detail_request *request) {
   if (!placed.positions) return api_fail_without_memory(call);
   const tw_points_back back = {place_points, &placed};
   if (tw_mesh_sculpt(mesh, &request->options, placed.positions, &back, &call->service->parallel, call->arena,
-                     &remade->cage, &call->fault.error) != TW_OK)
+                     &edited->cage, &call->fault.error) != TW_OK)
     return fail_at_point(request);
-  bool has_changed = remade->cage.positions != mesh->positions || remade->cage.details != mesh->details;
-  return has_changed ? api_remade_store(remade, NULL) : api_model_reply_stored(call);
+  bool has_changed = edited->cage.positions != mesh->positions || edited->cage.details != mesh->details;
+  return has_changed ? api_edited_model_store(edited, NULL) : api_model_reply_stored(call);
 }
 
-static api_outcome answer_detail(api_remade *remade) {
-  detail_request request = {.remade = remade};
+static api_outcome answer_detail(api_edited_model *edited) {
+  detail_request request = {.edited = edited};
   api_outcome outcome = read_query(&request);
   if (outcome == API_DONE) outcome = read_points(&request);
   if (outcome == API_DONE) outcome = take_points(&request);
@@ -446,5 +446,5 @@ static api_outcome answer_detail(api_remade *remade) {
 }
 
 api_outcome api_post_detail(api_call *call) {
-  return api_remade_answer(call, answer_detail);
+  return api_edited_model_answer(call, answer_detail);
 }
