@@ -107,3 +107,28 @@ look() {
   in_blender bvh.py "$BATS_TEST_TMPDIR"
   node "$root/tests/blender/bvh.mjs" compare "$url"
 }
+
+@test "Blender reads the triangles of the GLB from STL and PLY, with its shells, volume and bounds" {
+  for sample in cube.obj octopus.obj; do
+    upload "$root/server/samples/$sample"
+    for level in 0 1 2 3 4; do
+      for form in glb stl ply; do
+        get "/v1/models/$id/surface.$form?level=$level$([[ $form == glb ]] || echo '&unit=m')"
+        expect 200
+        mv answer "$sample.$level.$form"
+      done
+    done
+  done
+  in_blender prints.py ./*.obj.*
+  grep '^{' "$BATS_FILE_TMPDIR/blender.log" >answer
+  gojq --slurp --compact-output 'group_by(.file | sub("[.][a-z]*$"; "")) | .[]' answer >groups
+  [[ $(wc -l <groups) == 10 ]]
+  while read -r group; do
+    echo "$group"
+    gojq --exit-status "first(.[] | select(.file | endswith(\"glb\"))) as \$glb | length == 3 and all(.[];
+      [.triangles, .open, .shells] == [\$glb.triangles, \$glb.open, \$glb.shells] and
+      (.volume / \$glb.volume - 1 | fabs) < 1e-6 and
+      ([.bounds, \$glb.bounds] | [.[] | flatten] | transpose | all(.[0] - .[1] | fabs < 1e-6))) and
+      (\$glb.open == 0 or (\$glb.file | startswith(\"octopus\")))" <<<"$group" >/dev/null # whose cage is open
+  done <groups
+}
