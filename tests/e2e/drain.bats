@@ -4,7 +4,7 @@ load helper
 setup() {
   needs_process
   cd "$BATS_TEST_TMPDIR" || return
-  start_daemon --drain-timeout 2m
+  start_daemon --drain-timeout 2m --compute-timeout 10m # which counts time, and machines are busy
 }
 teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
 
