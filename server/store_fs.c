@@ -336,7 +336,8 @@ static bool put_summary(const srv_store_fs *store, const char *id, const char *s
   return outcome == PLACED;
 }
 
-/* Removes a summary that was written for an object that could not be, unless another process wrote that. */
+/* Removes the summary of a model whose object could not be written, unless another process wrote the object.
+ */
 static void take_summary_back(const srv_store_fs *store, const char *id) {
   srv_path object = srv_store_object_path(store->root, id), summary = srv_store_summary_path(store->root, id);
   int problem = errno;

@@ -113,6 +113,14 @@ api_outcome api_call_warn_text(api_call *call, tw_text *text) {
   return API_DONE;
 }
 
+api_outcome api_call_warn_count(api_call *call, uint64_t count, const char *one, const char *many) {
+  tw_text text = {0};
+  if (count == 0) return API_DONE;
+  tw_text_count(&text, count);
+  tw_text_add(&text, tw_plural(count, one, many));
+  return api_call_warn_text(call, &text);
+}
+
 /* ---- plain replies --------------------------------------------------------------------------- */
 
 api_outcome api_reply(api_call *call, tw_text *text) {

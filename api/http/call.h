@@ -79,6 +79,8 @@ api_outcome api_reply(api_call *call, tw_text *text);
 void api_call_warn(api_call *call, const char *const *sentences, uint32_t count);
 /* Adds the text as one sentence, and frees it. */
 api_outcome api_call_warn_text(api_call *call, tw_text *text);
+/* Adds a count and what follows it as one sentence; none for 0. one, many: begin with a blank. */
+api_outcome api_call_warn_count(api_call *call, uint64_t count, const char *one, const char *many);
 
 /* ---- answers about immutable models ---------------------------------------------------------- */
 

@@ -63,28 +63,20 @@ static void warn_of_images(edits_request *request) {
     api_call_warn(request->edited->call, &same, 1);
 }
 
-static api_outcome warn_of_count(api_call *call, uint64_t count, const char *one, const char *many) {
-  tw_text text = {0};
-  if (count == 0) return API_DONE;
-  tw_text_count(&text, count);
-  tw_text_add(&text, tw_plural(count, one, many));
-  return api_call_warn_text(call, &text);
-}
-
 static api_outcome warn_of_losses(const edits_request *request) {
   const tw_edit_losses *losses = &request->done.losses;
   api_call *call = request->edited->call;
-  api_outcome outcome = warn_of_count(
+  api_outcome outcome = api_call_warn_count(
       call, losses->bent,
       " point was merged with one of other joints, weights or morph targets, and follows this",
       " points were merged with points of other joints, weights or morph targets, and follow these");
   if (outcome != API_DONE) return outcome;
-  return warn_of_count(call, losses->flattened,
-                       " point on the plane of mirror left it in morph targets, where it would cross its "
-                       "image: it stays there",
-                       " points on the plane of mirror left it in morph targets, where they would cross "
-                       "their images: they stay "
-                       "there");
+  return api_call_warn_count(
+      call, losses->flattened,
+      " point on the plane of mirror left it in morph targets, where it would cross its "
+      "image: it stays there",
+      " points on the plane of mirror left it in morph targets, where they would cross "
+      "their images: they stay there");
 }
 
 static tw_status read_document(void *context, const api_value *root) {

@@ -51,27 +51,19 @@ static tw_status find_cage(const api_edited_model *edited, const tw_surface_opti
   return tw_mesh_check(&found->mesh, error, NULL);
 }
 
-/* Warns of faces whose children were not alike. */
-static api_outcome warn_of_parted(api_call *call, uint32_t count) {
-  tw_text text = {0};
-  if (count == 0) return API_DONE;
-  tw_text_count(&text, count);
-  tw_text_add(&text, tw_plural(count, " face", " faces"));
-  tw_text_add(&text,
-              " of the cage had children of several materials, groups or smoothing groups, or holes among "
-              "them: the first child's are taken");
-  return api_call_warn_text(call, &text);
-}
-
-static api_outcome warn_of_untagged(api_call *call, uint32_t count) {
-  tw_text text = {0};
-  if (count == 0) return API_DONE;
-  tw_text_count(&text, count);
-  tw_text_add(&text, tw_plural(count, " crease or corner", " creases or corners"));
-  tw_text_add(&text,
-              " of the mesh or of a level between cannot come from creases and corners of the cage: its "
-              "surfaces have other sharpness there, or none");
-  return api_call_warn_text(call, &text);
+/* Warns of faces whose children were not alike, and of tags that the cage cannot have. */
+static api_outcome warn_of_losses(api_call *call, const tw_coarsened *found) {
+#define CHILDREN                                                                                             \
+  " of the cage had children of several materials, groups or smoothing groups, or holes among them: the "    \
+  "first child's are taken"
+#define TAGS                                                                                                 \
+  " of the mesh or of a level between cannot come from creases and corners of the cage: its surfaces have "  \
+  "other sharpness there, or none"
+  api_outcome outcome = api_call_warn_count(call, found->parted, " face" CHILDREN, " faces" CHILDREN);
+  if (outcome != API_DONE) return outcome;
+  return api_call_warn_count(call, found->untagged, " crease or corner" TAGS, " creases or corners" TAGS);
+#undef CHILDREN
+#undef TAGS
 }
 
 /* Warns of what the new model's surfaces have otherwise than the mesh, but for its points. */
@@ -79,8 +71,7 @@ static api_outcome warn_of_strays(api_call *call, const tw_mesh *mesh, const tw_
   static const char *const smoother =
       "joints and weights of the cage are the mesh's at its points: its surfaces blend them further";
   if (mesh->skin.joints) api_call_warn(call, &smoother, 1);
-  if (warn_of_parted(call, found->parted) != API_DONE) return API_FAILED;
-  if (warn_of_untagged(call, found->untagged) != API_DONE) return API_FAILED;
+  if (warn_of_losses(call, found) != API_DONE) return API_FAILED;
   if (found->strays <= STRAYS) return API_DONE;
   char share[32];
   snprintf(share, sizeof share, "%.2g %%", 100 * found->strays);

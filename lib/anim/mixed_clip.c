@@ -316,7 +316,8 @@ static void add_rotations(float *rotations, const layer_values *layer, const flo
   apply_turns(&all, layer, rotations);
 }
 
-/* The same of a sum, which ends at the range of float: weights may exceed it, too. */
+/* Adds a weighted difference to a number. The sum is cut off at the range of float, beyond which a large
+ * weight may take it. */
 static inline float add_number(float number, float value, float reference, float weight) {
   float sum = number + (value - reference) * weight;
   if (fabsf(sum) <= FLT_MAX) return sum;

@@ -87,7 +87,8 @@ static void halves_of(const coarsening *s, const parents *p, uint32_t edge, uint
   halves[is_first ? 1 : 0] = t->corner_edge[end];
 }
 
-/* What is known of the sharpness of the parents' edges while Chaikin's rule is taken back. */
+/* The sharpness of the parents' edges, as far as it is solved for from that of their halves (Chaikin's rule).
+ */
 typedef struct unsharpening {
   const tw_topology *coarse;
   float (*halves)[2]; /* [edges] sharpness of the halves, in the order of edge_vertices */
@@ -101,9 +102,9 @@ static bool was_semi_sharp(const unsharpening *u, uint32_t edge) {
   return tw_is_semi_sharp(fmaxf(halves[0], halves[1]));
 }
 
-/* Solves Chaikin's rule at a vertex of `count` semi-sharp edges for those whose halves there are sharp: each
- * half is 3/4 of its edge and 1/4 of the mean of the others, less 1. The other edges must be known. Returns
- * whether it finds out about another edge. */
+/* Solves Chaikin's rule at a vertex: the sharpness of a half is 3/4 of its edge's and 1/4 of the mean of the
+ * other edges', less 1. The unknowns are the edges whose halves at the vertex are still sharp; edges whose
+ * halves there have decayed to 0 must be known. Returns whether an edge's sharpness was found. */
 static bool solve_vertex(unsharpening *u, uint32_t vertex) {
   const tw_topology *t = u->coarse;
   double sum = 0, known = 0;
@@ -431,7 +432,7 @@ static bool make_faces(coarsening *s, const parents *p, tw_mesh *out) {
   return tw_mesh_take_faces(out, s->mesh, first, t->face_count, s->arena) == TW_OK;
 }
 
-/* How far sharpness may be off after a step: it is rounded where it is solved for. */
+/* Sharpness that is solved for is rounded: a step may then give a half that is off by so much. */
 static const float SHARPNESS_ROUNDED = 1e-3f;
 
 static bool is_as_sharp(float a, float b) {
@@ -439,8 +440,8 @@ static bool is_as_sharp(float a, float b) {
                                                 : fabsf(a - b) <= SHARPNESS_ROUNDED;
 }
 
-/* Counts the tagged edges and points of the child that a step would not give the same sharpness: those that
- * are not on the parents' edges or at their points, and edges whose other half is sharp otherwise. */
+/* Counts the child's tagged edges and points that refining the parents would not make as sharp: those that
+ * lie inside the parents' faces or edges, and halves of an edge whose other half has another sharpness. */
 static bool count_untagged(coarsening *s, const parents *p) {
   const tw_topology *t = &s->child.topology, *coarse = &p->topology;
   uint8_t *edges = tw_arena_alloc(s->scratch, t->edge_count, 1);

@@ -486,8 +486,8 @@ static tw_error_base base_of(const tw_error_wheel *w, const ring *r, uint32_t se
   return out;
 }
 
-/* Where the four faces of a sector that the last of some steps made lie over a face: the one at the middle,
- * and those of regular_cells. at[0]: at first the places of the sector's own corners. */
+/* Finds the places of a sector's four faces at the irregular vertex after some steps: of the irregular face
+ * first, then of those of regular_cells. at[0]: at first the places of the sector's own corners. */
 static void find_quarters(uint32_t steps, uint8_t at[4][4]) {
   while (steps-- > 0) tw_error_split_places(at[0], at);
 }
@@ -597,7 +597,8 @@ uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_
 /* ---- over faces of earlier levels ----------------------------------------------------------------- */
 
 double tw_error_of_sector(const tw_measuring *m, const tw_error_base *b, double (*points)[3],
-                          uint32_t valence, uint32_t sector, const uint8_t places[4], double rest) {
+                          uint32_t valence, const uint8_t places[4], double rest) {
+  enum { SECTOR = 0 };
   const tw_error_wheel *w = valence <= VALENCE_MAX ? m->wheels[valence] : NULL;
   ring rings[2];
   uint8_t at[4][4];
@@ -610,10 +611,10 @@ double tw_error_of_sector(const tw_measuring *m, const tw_error_base *b, double 
     step_ring(w, &rings[step % 2], true, to);
     find_quarters(1, at);
     double beside = step + 1 < TW_ERROR_DEPTH ? 0 : rest; /* limit points may slide from the middle there */
-    most = tw_greater(most, compare_regular(w, b, to, sector, at) + beside);
+    most = tw_greater(most, compare_regular(w, b, to, SECTOR, at) + beside);
   }
   tw_error_gap gap = tw_error_gap_over(b);
   for (uint32_t i = 0; i < 4; i++)
-    tw_error_take_point(b, &gap, at[0][i], rings[TW_ERROR_DEPTH % 2].at_limit[w->quads[sector][i]]);
+    tw_error_take_point(b, &gap, at[0][i], rings[TW_ERROR_DEPTH % 2].at_limit[w->quads[SECTOR][i]]);
   return tw_greater(most, tw_error_gap_size(b, &gap) + rest);
 }

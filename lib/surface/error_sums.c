@@ -144,8 +144,8 @@ static void take_control(const tw_level_errors *l, uint32_t face, uint32_t corne
   memcpy(out, tw_point_at(l->control, l->corners[l->begins[face] + corner % 4]), sizeof(double[3]));
 }
 
-/* The points of the second row beyond a face at an irregular vertex, whose corner there is `corner`: those of
- * the other faces at its opposite corner. */
+/* Finds the four points of the second row beyond a face at an irregular vertex: they are corners of the three
+ * other faces at the face's opposite corner. corner: the face's corner at the irregular vertex. */
 static bool find_beyond(const tw_level_errors *l, uint32_t face, uint32_t corner, double (*out)[3]) {
   const uint32_t *quad = l->corners + l->begins[face];
   uint32_t next = quad[(corner + 1) % 4], opposite = quad[(corner + 2) % 4],
@@ -206,8 +206,7 @@ static double sector_error(const compared *c, const piece *own) {
     if (valence == 4) continue;
     if (valence > TW_ERROR_VALENCE_MAX || !find_rows(l, own->face, quad[i], valence, points)) return INFINITY;
     *c->patches += PATCHES;
-    return tw_error_of_sector(c->m, &c->base, points, valence, 0, places, l->ring_rests[own->face]) +
-           c->slides;
+    return tw_error_of_sector(c->m, &c->base, points, valence, places, l->ring_rests[own->face]) + c->slides;
   }
   return INFINITY;
 }
@@ -235,8 +234,8 @@ static piece child_of(const compared *c, const piece *parent, uint32_t size, uin
   return out;
 }
 
-/* Whether a piece is beside no larger patch: it holds a corner of the face, and is smaller than the quarter
- * there, so that what is around it is as small. */
+/* Whether all pieces that touch a piece are at least as deep as it: so it is where the piece has a corner of
+ * the face and is not itself a child of the face, as the pieces around it come of the same child then. */
 static bool is_apart(const compared *c, const piece *own) {
   for (uint32_t i = 0; i < c->base.size && own->level >= 2; i++) {
     uint8_t corner =

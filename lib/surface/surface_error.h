@@ -342,16 +342,16 @@ double tw_error_of_limits(const tw_error_base *b, const tw_error_net *n, const u
  * lies as the quad's first does. */
 void tw_error_split_places(const uint8_t at[4], uint8_t out[4][4]);
 
-/* The points of two rows around an irregular vertex, as a wheel numbers them: the vertex, then for each face
- * at it the next corner and the opposite one, then for each the four points beyond these. */
+/* The control points of two rows of faces around an irregular vertex are in this order, as a wheel numbers
+ * them: the vertex; for each face at the vertex its next corner and its opposite one; for each of these faces
+ * the four points of the second row beyond its opposite corner. */
 enum { TW_ERROR_ROW = 2, TW_ERROR_ROWS = 6, TW_ERROR_VALENCE_MAX = 32 };
 
 /* The distance of the limit over a face at an irregular vertex from another face that it lies over, by limit
- * points. points: [1 + TW_ERROR_ROWS x valence] control points of two rows; sector: which face; places: of
- * its corners, from the irregular one on; rest: its distance TW_ERROR_DEPTH levels deeper. INFINITY without a
- * wheel. */
+ * points. points: [1 + TW_ERROR_ROWS x valence] from that face on; places: of its corners, from the irregular
+ * one on; rest: its distance TW_ERROR_DEPTH levels deeper. INFINITY without a wheel. */
 double tw_error_of_sector(const tw_measuring *m, const tw_error_base *b, double (*points)[3],
-                          uint32_t valence, uint32_t sector, const uint8_t places[4], double rest);
+                          uint32_t valence, const uint8_t places[4], double rest);
 
 /* How points may slide over a face; of polygons of five or more corners `own` and `reach` alone. */
 void tw_error_find_frame(const tw_error_part *p, uint32_t face, const double normal[3], tw_error_frame *out);

@@ -71,7 +71,7 @@ struct box {
   }
 };
 
-// Triangles, and boxes around halves of them, halves of the halves and so on.
+// Triangles in a binary tree of bounding boxes.
 class triangle_tree {
 public:
   explicit triangle_tree(std::vector<triangle> all) : triangles(std::move(all)), sorted(triangles) {

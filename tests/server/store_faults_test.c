@@ -3,6 +3,7 @@
  * wrapped. */
 #include "body.h"
 #include "store_fixture.h"
+#include "store_fs_layout.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -166,6 +167,8 @@ TEST_WITH(models_are_stored_whole_or_not_at_all_whichever_call_fails, set_up_sto
       api_store_status found = f->store.look(f->store.context, id, true);
       assert_true(found == API_STORE_OK || found == API_STORE_ABSENT);
       if (status == API_STORE_OK || found == API_STORE_OK) assert_true(is_whole(f, id, text));
+      if (found == API_STORE_ABSENT) /* else the next upload would have its name */
+        assert_int_not_equal(access(srv_store_summary_path(f->path, id).text, F_OK), 0);
       assert_int_equal(put(f, id, text), API_STORE_OK);
       assert_true(is_whole(f, id, text));
     }

@@ -748,19 +748,25 @@ static void *watch(void *argument) {
   return NULL;
 }
 
-TEST_WITH(model_that_is_being_stored_has_its_summary, set_up_store, tear_down_store) {
-  fixture *f = *state;
+/* Stores models one after another while a thread asks another store for the summary of each as soon as its
+ * object is there. */
+static void store_watched(fixture *writer, fixture *reader) {
   for (unsigned i = 0; i < WATCHED; i++) {
     char *text = make_text(i, 100);
-    watched w = {.f = f};
+    watched w = {.f = reader};
     make_id(text, strlen(text), w.id);
     pthread_t thread;
     assert_int_equal(pthread_create(&thread, NULL, watch, &w), 0);
-    must_put(f, text);
+    must_put(writer, text);
     pthread_join(thread, NULL);
     assert_false(w.was_bare);
     free(text);
   }
+}
+
+TEST_WITH(model_that_is_being_stored_has_its_summary, set_up_store, tear_down_store) {
+  fixture *f = *state;
+  store_watched(f, f);
 }
 
 /* Another process has locks of its own: it finds the summary all the same, or it would make one without the
@@ -768,17 +774,7 @@ TEST_WITH(model_that_is_being_stored_has_its_summary, set_up_store, tear_down_st
 TEST_WITH(model_that_another_process_stores_has_its_summary, set_up_store, tear_down_store) {
   fixture *f = *state, other = *f;
   open_store(&other);
-  for (unsigned i = 0; i < WATCHED; i++) {
-    char *text = make_text(i, 100);
-    watched w = {.f = &other};
-    make_id(text, strlen(text), w.id);
-    pthread_t thread;
-    assert_int_equal(pthread_create(&thread, NULL, watch, &w), 0);
-    must_put(f, text);
-    pthread_join(thread, NULL);
-    assert_false(w.was_bare);
-    free(text);
-  }
+  store_watched(f, &other);
   srv_store_fs_close(other.opened);
 }
 
